@@ -1,0 +1,206 @@
+//! Plain data that crosses the C boundary: scene descriptions, paths, ray queries.
+//!
+//! Layouts are frozen per ABI version. Kinds are `u32` and checked where they are read, so that a bad value is a status.
+//! Vectors, rays, hits, segments and vertices are the core's own; cbindgen.toml gives them their C names.
+
+use crate::math::{Rgb, Vec3};
+use crate::medium::Segment;
+use crate::path::Vertex;
+use crate::scene::{Hit, Ray};
+use core::ffi::c_void;
+
+/// Version of the structs and functions below; `volgrad_abi_version()` returns the library's.
+pub const VOLGRAD_ABI_VERSION: u32 = 1;
+
+pub const VOLGRAD_CAMERA_PINHOLE: u32 = 0;
+
+/// A camera. The image's x axis is `right`, its first row is at the top (`+up`). The three axes are orthonormal.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct volgrad_camera {
+    /// `VOLGRAD_CAMERA_*`.
+    pub kind: u32,
+    /// Image size, pixels.
+    pub width: u32,
+    pub height: u32,
+    /// The part of the image that is sampled: pixels `crop_x0 <= x < crop_x1`, likewise y. Paths outside it carry nothing.
+    pub crop_x0: u32,
+    pub crop_y0: u32,
+    pub crop_x1: u32,
+    pub crop_y1: u32,
+    /// Medium around the near plane, an index into `volgrad_scene_desc.media`, or `VOLGRAD_NONE`.
+    pub medium: u32,
+    /// Centre of projection.
+    pub position: Vec3,
+    /// Unit viewing direction.
+    pub forward: Vec3,
+    /// Unit vector towards larger pixel x.
+    pub right: Vec3,
+    /// Unit vector towards smaller pixel y.
+    pub up: Vec3,
+    /// Tangent of half the horizontal field of view. Pixels are square.
+    pub tan_half_fov_x: f32,
+    /// Distance of the near plane along `forward`, world units: nothing before it is seen and no medium before it attenuates. 0: none.
+    pub near_clip: f32,
+    /// Lens radius, world units. 0 for a pinhole.
+    pub lens_radius: f32,
+    /// Distance of the plane in focus, world units. Unused by a pinhole.
+    pub focal_distance: f32,
+}
+
+pub const VOLGRAD_PHASE_ISOTROPIC: u32 = 0;
+pub const VOLGRAD_PHASE_HENYEY_GREENSTEIN: u32 = 1;
+
+/// A phase function, normalised to 1 over the sphere.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct volgrad_phase {
+    /// `VOLGRAD_PHASE_*`.
+    pub kind: u32,
+    /// Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic.
+    pub g: f32,
+}
+
+pub const VOLGRAD_MEDIUM_HOMOGENEOUS: u32 = 0;
+pub const VOLGRAD_MEDIUM_GRID: u32 = 1;
+
+/// A participating medium: extinction `sigma_t * density(x)`, scattering `albedo *` that.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_medium {
+    /// `VOLGRAD_MEDIUM_*`.
+    pub kind: u32,
+    pub phase: volgrad_phase,
+    /// Extinction at density 1, 1/world unit, not negative. The density of a homogeneous medium is 1.
+    pub sigma_t: Rgb,
+    /// Single-scattering albedo, in [0, 1].
+    pub albedo: Rgb,
+    /// Grid: nx*ny*nz densities, not negative, x fastest; sample (i, j, k) lies at ((i+.5)/nx, (j+.5)/ny, (k+.5)/nz) of the
+    /// unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
+    /// Borrowed: must outlive the scene. NULL for other kinds.
+    pub density: *const f32,
+    pub nx: u32,
+    pub ny: u32,
+    pub nz: u32,
+    /// Grid: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
+    pub local_to_world: [f32; 12],
+    /// Reserved for callback media; NULL.
+    pub custom: *const c_void,
+}
+
+pub const VOLGRAD_MATERIAL_DIFFUSE: u32 = 0;
+pub const VOLGRAD_MATERIAL_MIRROR: u32 = 1;
+pub const VOLGRAD_MATERIAL_DIELECTRIC: u32 = 2;
+
+/// A surface's BSDF. Diffuse and mirror are one-sided: black from behind (against the geometric normal).
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_material {
+    /// `VOLGRAD_MATERIAL_*`.
+    pub kind: u32,
+    /// Reserved; 0.
+    pub flags: u32,
+    /// Diffuse: albedo. Mirror: reflectance at all angles. In [0, 1].
+    pub reflectance: Rgb,
+    /// Dielectric: index of refraction inside over outside; the normal points outside. > 0.
+    pub eta: f32,
+    /// Reserved for rough materials; 0.
+    pub roughness: f32,
+    /// Reserved for conductors; 0.
+    pub conductor_eta: Rgb,
+    pub conductor_k: Rgb,
+    /// Reserved for callback materials; NULL.
+    pub custom: *const c_void,
+}
+
+pub const VOLGRAD_LIGHT_PARALLELOGRAM: u32 = 0;
+pub const VOLGRAD_LIGHT_TRIANGLE: u32 = 1;
+pub const VOLGRAD_LIGHT_SPHERE: u32 = 2;
+pub const VOLGRAD_LIGHT_ENVIRONMENT: u32 = 3;
+pub const VOLGRAD_LIGHT_DIRECTIONAL: u32 = 4;
+pub const VOLGRAD_LIGHT_POINT: u32 = 5;
+
+/// A light. Area lights emit from the side that their normal points to, and are opaque surfaces that the host's ray queries return.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_light {
+    /// `VOLGRAD_LIGHT_*`.
+    pub kind: u32,
+    /// Reserved; 0.
+    pub flags: u32,
+    /// Area and environment: radiance. Directional: irradiance on a plane across its direction. Point: intensity. Not negative.
+    pub emission: Rgb,
+    /// Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional and point lights,
+    /// which nothing else can find. All weights are divided by their sum.
+    pub sampling_weight: f32,
+    /// Parallelogram, triangle: a corner. Sphere: centre. Point: position.
+    pub position: Vec3,
+    /// Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
+    pub edge_u: Vec3,
+    pub edge_v: Vec3,
+    /// Sphere: radius; its normal points outwards.
+    pub radius: f32,
+    /// Directional: unit direction in which the light travels.
+    pub direction: Vec3,
+    /// Reserved for spot lights; 0.
+    pub cos_inner: f32,
+    pub cos_outer: f32,
+    /// Reserved for environment maps; NULL and 0.
+    pub image: *const f32,
+    pub image_width: u32,
+    pub image_height: u32,
+    /// Reserved for callback lights; NULL.
+    pub custom: *const c_void,
+}
+
+/// Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
+/// after it; density grids are borrowed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_scene_desc {
+    /// `sizeof(volgrad_scene_desc)` of the caller.
+    pub struct_size: u32,
+    pub media_count: u32,
+    pub material_count: u32,
+    pub light_count: u32,
+    pub camera: volgrad_camera,
+    pub media: *const volgrad_medium,
+    pub materials: *const volgrad_material,
+    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`.
+    pub lights: *const volgrad_light,
+}
+
+/// A light path `x_0 ... x_k`, from the camera to a light. Null (index-matched) surfaces are no vertices.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_path {
+    /// `vertex_count` vertices, at least 2.
+    pub vertices: *const Vertex,
+    /// The media along all edges, edge after edge in the order of the path; each edge has at least one.
+    pub segments: *const Segment,
+    /// For each of the `vertex_count - 1` edges (edge i goes from vertex i to vertex i + 1): the index in `segments` past its last.
+    pub edge_ends: *const u32,
+    pub vertex_count: u32,
+    pub segment_count: u32,
+}
+
+/// Answers `count` rays; `hits` come uninitialised. Returns 0, or another value to stop the running call, which then returns
+/// `VOLGRAD_ERROR_CALLBACK`. Must not throw or longjmp. Called on the thread that called volgrad.
+pub type volgrad_query_fn = Option<
+    unsafe extern "C" fn(user: *mut c_void, rays: *const Ray, hits: *mut Hit, count: u32) -> i32,
+>;
+
+/// How volgrad asks the host about its geometry. Index-matched (null) surfaces are never hits: they end segments.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_queries {
+    /// `sizeof(volgrad_queries)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// Passed back as the callbacks' first argument.
+    pub user: *mut c_void,
+    /// The nearest surface in [t_min, t_max), and the media up to it (or up to t_max).
+    pub intersect: volgrad_query_fn,
+    /// Whether any surface is in [t_min, t_max), and if none, the media up to t_max.
+    pub occluded: volgrad_query_fn,
+}

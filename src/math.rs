@@ -1,0 +1,101 @@
+//! Vectors, colours, frames, and the one door to libm.
+//!
+//! Inside, everything is f64: optical depths cancel, path contributions grow, and a distance must survive u → t → u.
+//! Single precision appears where values cross to the host (`Vec3`, `Rgb`).
+
+pub use glam::{DAffine3, DMat3, DVec2, DVec3};
+pub use libm::{ceil, cos, exp, expm1, fabs, floor, log, sin, sqrt};
+
+use core::f64::consts::PI;
+
+/// A linear RGB colour, inside the library.
+pub type Colour = DVec3;
+
+/// A vector as the host sees it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Vec3 {
+    pub x: f32,
+    pub y: f32,
+    pub z: f32,
+}
+
+impl Vec3 {
+    pub fn wide(self) -> DVec3 {
+        DVec3::new(self.x.into(), self.y.into(), self.z.into())
+    }
+}
+
+impl From<DVec3> for Vec3 {
+    fn from(v: DVec3) -> Self {
+        Self { x: v.x as f32, y: v.y as f32, z: v.z as f32 }
+    }
+}
+
+/// A linear RGB colour (Rec. 709 primaries, no gamma) as the host sees it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rgb {
+    pub r: f32,
+    pub g: f32,
+    pub b: f32,
+}
+
+impl Rgb {
+    pub fn wide(self) -> Colour {
+        Colour::new(self.r.into(), self.g.into(), self.b.into())
+    }
+}
+
+impl From<Colour> for Rgb {
+    fn from(c: Colour) -> Self {
+        Self { r: c.x as f32, g: c.y as f32, b: c.z as f32 }
+    }
+}
+
+/// Luminance weights of linear Rec. 709 RGB (Y of CIE XYZ, D65).
+pub const LUMINANCE: Colour = Colour::new(0.212671, 0.715160, 0.072169);
+
+pub fn luminance(c: Colour) -> f64 {
+    c.dot(LUMINANCE)
+}
+
+pub fn mean(c: Colour) -> f64 {
+    c.element_sum() * (1.0 / 3.0)
+}
+
+/// exp(−optical depth), per channel.
+pub fn transmittance(optical_depth: Colour) -> Colour {
+    if optical_depth.x == optical_depth.y && optical_depth.x == optical_depth.z {
+        return Colour::splat(exp(-optical_depth.x));
+    }
+    Colour::new(exp(-optical_depth.x), exp(-optical_depth.y), exp(-optical_depth.z))
+}
+
+/// Two unit vectors that make a right-handed frame with the unit vector `n`.
+/// Source: T. Duff et al., *Building an Orthonormal Basis, Revisited*, JCGT 2017.
+pub fn orthonormal_basis(n: DVec3) -> (DVec3, DVec3) {
+    n.any_orthonormal_pair()
+}
+
+/// A point in the unit disk, uniform by area, from two uniform numbers.
+pub fn uniform_disk(u: DVec2) -> DVec2 {
+    let (radius, angle) = (sqrt(u.x), 2.0 * PI * u.y);
+    DVec2::new(radius * cos(angle), radius * sin(angle))
+}
+
+/// A unit vector at cosine `cos_theta` to the unit vector `axis`, turned around it by `turn` ∈ [0, 1) of a full turn.
+pub fn direction_around(axis: DVec3, cos_theta: f64, turn: f64) -> DVec3 {
+    let (s, t) = orthonormal_basis(axis);
+    let sin_theta = sqrt((1.0 - cos_theta * cos_theta).max(0.0));
+    let angle = 2.0 * PI * turn;
+    axis * cos_theta + (s * cos(angle) + t * sin(angle)) * sin_theta
+}
+
+/// The inverse of [`direction_around`]: `(cos_theta, turn)` of a unit vector.
+pub fn around_direction(axis: DVec3, direction: DVec3) -> (f64, f64) {
+    let (s, t) = orthonormal_basis(axis);
+    let angle = libm::atan2(direction.dot(t), direction.dot(s));
+    let turn = angle / (2.0 * PI);
+    (axis.dot(direction), if turn < 0.0 { turn + 1.0 } else { turn })
+}

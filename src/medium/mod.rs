@@ -1,0 +1,118 @@
+//! Participating media: extinction is a constant colour times a scalar density, so one density integral serves all channels.
+
+mod bricks;
+mod dda;
+mod grid;
+mod tracking;
+
+pub use bricks::{BRICK_SIDE, Brick, brick_counts, build_bricks};
+pub use grid::Grid;
+pub use tracking::{
+    EdgeMoments, Flight, Line, NONE, Segment, distance_number, moments, optical_depth, sample_distance,
+};
+
+use crate::math::{Colour, DVec3};
+use crate::phase::Phase;
+
+/// A medium: σ_t(x) = `sigma_t`·density(x), σ_s = albedo·σ_t.
+#[derive(Clone, Copy, Debug)]
+pub struct Medium<'a> {
+    /// Extinction at density 1, 1/world unit.
+    pub sigma_t: Colour,
+    pub albedo: Colour,
+    pub phase: Phase,
+    pub density: Density<'a>,
+}
+
+impl Medium<'_> {
+    pub fn sigma_t(&self, x: DVec3) -> Colour {
+        self.sigma_t * self.density.at(x)
+    }
+
+    pub fn sigma_s(&self, x: DVec3) -> Colour {
+        self.albedo * self.sigma_t(x)
+    }
+}
+
+/// The scalar density of a medium.
+#[derive(Clone, Copy, Debug)]
+pub enum Density<'a> {
+    /// 1 everywhere.
+    Homogeneous,
+    Grid(Grid<'a>),
+}
+
+/// The stretch `origin + t·direction`, t ∈ [start, end], of a ray; `end` may be infinite.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretch {
+    pub origin: DVec3,
+    pub direction: DVec3,
+    pub start: f64,
+    pub end: f64,
+}
+
+/// Integrals of the density ρ along a stretch. The gradients are in the sense of distributions: where ρ jumps at a face they
+/// include the jump, which is how a face moves optical depth when an endpoint moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    /// ∫ ρ dt
+    pub integral: f64,
+    /// ∫ ∇ρ dt
+    pub gradient: DVec3,
+    /// ∫ t ∇ρ dt
+    pub first_moment: DVec3,
+    /// ρ just after the start and just before the end.
+    pub at_start: f64,
+    pub at_end: f64,
+}
+
+/// Where an integral of the density is used up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Inversion {
+    /// ∫ ρ from the start to this distance is the target.
+    At(f64),
+    /// The whole stretch holds less: this much.
+    Beyond(f64),
+}
+
+impl Density<'_> {
+    pub fn at(&self, x: DVec3) -> f64 {
+        match self {
+            Self::Homogeneous => 1.0,
+            Self::Grid(grid) => grid.at(x),
+        }
+    }
+
+    /// ∇ρ, away from faces.
+    pub fn gradient(&self, x: DVec3) -> DVec3 {
+        match self {
+            Self::Homogeneous => DVec3::ZERO,
+            Self::Grid(grid) => grid.gradient(x),
+        }
+    }
+
+    pub fn integral(&self, stretch: &Stretch) -> f64 {
+        match self {
+            Self::Homogeneous => stretch.end - stretch.start,
+            Self::Grid(grid) => grid.integral(stretch),
+        }
+    }
+
+    pub fn moments(&self, stretch: &Stretch) -> Moments {
+        match self {
+            Self::Homogeneous => {
+                Moments { integral: stretch.end - stretch.start, at_start: 1.0, at_end: 1.0, ..Moments::default() }
+            }
+            Self::Grid(grid) => grid.moments(stretch),
+        }
+    }
+
+    /// The distance at which ∫ ρ from the start reaches `target` ≥ 0.
+    pub fn invert(&self, stretch: &Stretch, target: f64) -> Inversion {
+        match self {
+            Self::Homogeneous if stretch.start + target <= stretch.end => Inversion::At(stretch.start + target),
+            Self::Homogeneous => Inversion::Beyond(stretch.end - stretch.start),
+            Self::Grid(grid) => grid.invert(stretch, target),
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Optical depth, its gradients, and distance sampling along an edge that crosses several media.
+
+use super::{Inversion, Medium, Stretch};
+use crate::math::{Colour, DVec3, Vec3, expm1, mean, transmittance};
+
+/// "None" wherever an index is expected: no medium (vacuum), no light.
+pub const NONE: u32 = 0xFFFF_FFFF;
+
+/// One stretch of a ray or edge inside one medium.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Segment {
+    /// Where it ends: distance from the ray's origin or the edge's first vertex, world units; not decreasing along the list.
+    /// The last segment of an edge to infinity ends at INFINITY; that of a finite edge may end anywhere at or past the edge's end.
+    pub end: f32,
+    /// The medium, or `VOLGRAD_NONE`.
+    pub medium: u32,
+    /// Unit normal of the surface that ends it, either orientation. Unused for the last segment.
+    pub normal: Vec3,
+}
+
+/// A straight edge and the media along it.
+#[derive(Clone, Copy, Debug)]
+pub struct Line<'a> {
+    pub media: &'a [Medium<'a>],
+    pub origin: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
+    /// Media count from here on, and `segments` measure from here; > 0 only between a camera and its near plane.
+    pub start: f64,
+    /// Normal of the plane at `start`.
+    pub start_normal: DVec3,
+    /// Distance from the origin to the far end; may be infinite.
+    pub length: f64,
+    pub segments: &'a [Segment],
+}
+
+/// What [`sample_distance`] finds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Flight {
+    /// A collision at distance `t` in `medium`; `pdf` per unit distance.
+    Collision { t: f64, medium: u32, optical_depth: Colour, pdf: f64 },
+    /// The far end is reached, which has this `probability`.
+    Passed { optical_depth: Colour, probability: f64 },
+}
+
+/// Optical depth of a whole edge q → x and its derivatives, per colour channel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EdgeMoments {
+    pub optical_depth: Colour,
+    /// ∫ ∇σ_t dt, jumps at faces included.
+    pub gradient: [DVec3; 3],
+    /// ∫ t ∇σ_t dt, t from q.
+    pub first_moment: [DVec3; 3],
+}
+
+impl EdgeMoments {
+    /// ∇τ with respect to the far end of a finite edge.
+    pub fn far_gradient(&self, direction: DVec3, length: f64) -> [DVec3; 3] {
+        core::array::from_fn(|c| (direction * self.optical_depth[c] + self.first_moment[c]) / length)
+    }
+
+    /// ∇τ with respect to the near end; an infinite edge keeps its direction.
+    pub fn near_gradient(&self, direction: DVec3, length: f64) -> [DVec3; 3] {
+        if length.is_infinite() {
+            return self.gradient;
+        }
+        let far = self.far_gradient(direction, length);
+        core::array::from_fn(|c| self.gradient[c] - far[c])
+    }
+}
+
+impl<'a> Line<'a> {
+    fn medium(&self, index: u32) -> Option<&'a Medium<'a>> {
+        self.media.get(index as usize)
+    }
+
+    /// The stretches in order, empty ones left out.
+    fn stretches(&self) -> impl Iterator<Item = (Stretch, &'a Segment)> + use<'a> {
+        let Self { origin, direction, start, length, segments, .. } = *self;
+        let last = segments.len().wrapping_sub(1);
+        let mut begin = start;
+        segments.iter().enumerate().filter_map(move |(i, segment)| {
+            let end = if i == last { length } else { (start + f64::from(segment.end)).min(length) };
+            let stretch = Stretch { origin, direction, start: begin, end };
+            (end > begin).then(|| {
+                begin = end;
+                (stretch, segment)
+            })
+        })
+    }
+}
+
+/// τ of the whole line, per channel.
+pub fn optical_depth(line: &Line) -> Colour {
+    let mut total = Colour::ZERO;
+    for (stretch, segment) in line.stretches() {
+        if let Some(medium) = line.medium(segment.medium) {
+            total += scaled(medium.sigma_t, medium.density.integral(&stretch));
+        }
+    }
+    total
+}
+
+/// σ·integral, where no extinction over an infinite distance is none.
+fn scaled(sigma: Colour, integral: f64) -> Colour {
+    Colour::select(sigma.cmpgt(Colour::ZERO), sigma * integral, Colour::ZERO)
+}
+
+/// τ and what its gradients at both ends need.
+pub fn moments(line: &Line) -> EdgeMoments {
+    let mut sum = EdgeMoments::default();
+    // σ_t on this side of the next face, and the face.
+    let (mut before, mut face) = (Colour::ZERO, line.start_normal);
+    let mut open = line.start > 0.0;
+    for (stretch, segment) in line.stretches() {
+        let (mut at_start, mut at_end) = (Colour::ZERO, Colour::ZERO);
+        if let Some(medium) = line.medium(segment.medium) {
+            let m = medium.density.moments(&stretch);
+            sum.optical_depth += scaled(medium.sigma_t, m.integral);
+            for c in 0..3 {
+                sum.gradient[c] += medium.sigma_t[c] * m.gradient;
+                sum.first_moment[c] += medium.sigma_t[c] * m.first_moment;
+            }
+            (at_start, at_end) = (medium.sigma_t * m.at_start, medium.sigma_t * m.at_end);
+        }
+        if open {
+            add_face(&mut sum, line.direction, stretch.start, face, before, at_start);
+        }
+        (before, face, open) = (at_end, segment.normal.wide(), true);
+    }
+    sum
+}
+
+/// A face crossed at distance `t`, σ_t jumping from `before` to `after`: −(σ₁ − σ₂) n/(n·direction).
+fn add_face(sum: &mut EdgeMoments, direction: DVec3, t: f64, normal: DVec3, before: Colour, after: Colour) {
+    if before == after {
+        return;
+    }
+    let slope = normal / normal.dot(direction);
+    for c in 0..3 {
+        let jump = (after[c] - before[c]) * slope;
+        sum.gradient[c] += jump;
+        sum.first_moment[c] += t * jump;
+    }
+}
+
+/// A collision distance from one uniform number u ∈ (0, 1). The cdf is the mean of the channels' cdfs, 1 − exp(−τ), so that one
+/// number serves chromatic media too; the pdf is the mean of σ_t·exp(−τ).
+pub fn sample_distance(line: &Line, u: f64) -> Flight {
+    let mut optical_depth = Colour::ZERO;
+    for (stretch, segment) in line.stretches() {
+        let Some(medium) = line.medium(segment.medium) else { continue };
+        let target = density_until(optical_depth, medium.sigma_t, u);
+        match medium.density.invert(&stretch, target) {
+            Inversion::At(t) => {
+                optical_depth += scaled(medium.sigma_t, target);
+                let x = line.origin + t * line.direction;
+                let pdf = mean(medium.sigma_t(x) * transmittance(optical_depth));
+                return Flight::Collision { t, medium: segment.medium, optical_depth, pdf };
+            }
+            Inversion::Beyond(integral) => optical_depth += scaled(medium.sigma_t, integral),
+        }
+    }
+    Flight::Passed { optical_depth, probability: mean(transmittance(optical_depth)) }
+}
+
+/// The uniform number from which [`sample_distance`] makes a collision at the end of `line`.
+pub fn distance_number(line: &Line) -> f64 {
+    let tau = optical_depth(line);
+    mean(Colour::new(-expm1(-tau.x), -expm1(-tau.y), -expm1(-tau.z)))
+}
+
+/// The density integral D ≥ 0 at which mean(exp(−τ − σD)) = 1 − u; infinite if it never gets there.
+fn density_until(tau: Colour, sigma: Colour, u: f64) -> f64 {
+    let survival = 1.0 - u;
+    let grey = |c: Colour| c.x == c.y && c.x == c.z;
+    if grey(tau) && grey(sigma) {
+        return if sigma.x > 0.0 { ((-libm::log1p(-u) - tau.x) / sigma.x).max(0.0) } else { f64::INFINITY };
+    }
+    let never = Colour::select(sigma.cmpgt(Colour::ZERO), Colour::ZERO, transmittance(tau));
+    if mean(never) >= survival {
+        return f64::INFINITY;
+    }
+    // The mean is convex and falls with D, so Newton climbs from 0 to the root without overshooting.
+    let mut d = 0.0;
+    loop {
+        let t = transmittance(tau + sigma * d);
+        let step = (mean(t) - survival) / mean(sigma * t);
+        if !(step > 4.0 * f64::EPSILON * d) {
+            return d;
+        }
+        d += step;
+    }
+}
+

@@ -1,0 +1,9 @@
+//! Light paths: their contribution f and its logarithmic gradient, as a whole and factor by factor.
+
+mod contribution;
+mod gradient;
+mod vertex;
+
+pub use contribution::{Factors, contribution, factors};
+pub use gradient::{Gradient, LogGradient, Move, Neighbour, Wing, log_gradient, path_log_gradient};
+pub use vertex::{Node, Path, PathError, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};

@@ -1,0 +1,188 @@
+//! A light path as the host hands it over, and what its parts refer to.
+
+use crate::math::{DVec3, Vec3};
+use crate::medium::{Line, Medium, NONE, Segment};
+use crate::scene::{Bsdf, Camera, Light, Scene};
+
+pub const VERTEX_CAMERA: u32 = 0;
+pub const VERTEX_MEDIUM: u32 = 1;
+pub const VERTEX_SURFACE: u32 = 2;
+pub const VERTEX_LIGHT: u32 = 3;
+
+/// A vertex of a path.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Vertex {
+    /// `VOLGRAD_VERTEX_*`: the first of a path is the camera, the last a light, those between are neither.
+    pub kind: u32,
+    /// Index into the scene's media, materials or lights, by kind. Unused for the camera.
+    pub index: u32,
+    /// World position; for an environment or directional light the unit direction towards it. The camera's is the scene camera's.
+    pub position: Vec3,
+    /// Geometric unit normal of a surface or area light; unused otherwise.
+    pub normal: Vec3,
+    /// Shading normal; this version reads the geometric one only. Set both alike.
+    pub shading_normal: Vec3,
+}
+
+/// A path x_0 … x_k from the camera to a light. Null surfaces are no vertices.
+#[derive(Clone, Copy, Debug)]
+pub struct Path<'a> {
+    pub vertices: &'a [Vertex],
+    /// The media along all edges, edge after edge.
+    pub segments: &'a [Segment],
+    /// For edge i, from vertex i to i + 1, the index in `segments` past its last.
+    pub edge_ends: &'a [u32],
+}
+
+/// What is wrong with a path, and at which vertex (or the edge that starts there).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PathError {
+    pub kind: PathErrorKind,
+    pub index: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathErrorKind {
+    /// A kind that does not exist, or not at this place of a path; or fewer than two vertices.
+    BadKind,
+    /// An index into media, materials, lights or segments is out of range.
+    BadIndex,
+    /// A NaN, an infinity, or a normal or direction that is not of unit length.
+    NotFinite,
+    /// Two neighbouring vertices at one place.
+    ZeroLength,
+    /// Segments are missing, not in order, or end before their edge does; or a medium vertex lies in none of them.
+    BadSegments,
+    /// The vertex cannot move freely: not in a medium, or next to a specular surface.
+    NotMovable,
+    /// f is 0 here, so log f has no gradient.
+    ZeroContribution,
+}
+
+impl PathErrorKind {
+    pub fn at(self, index: usize) -> PathError {
+        PathError { kind: self, index: index as u32 }
+    }
+}
+
+/// What a vertex is, looked up in the scene.
+#[derive(Clone, Copy, Debug)]
+pub enum Node<'a> {
+    Camera(&'a Camera),
+    Medium(&'a Medium<'a>),
+    Surface(&'a Bsdf),
+    Light(&'a Light),
+}
+
+impl Node<'_> {
+    pub fn is_specular(&self) -> bool {
+        matches!(self, Self::Surface(bsdf) if bsdf.is_specular())
+    }
+
+    /// Whether the vertex is a direction instead of a point.
+    pub fn is_direction(&self) -> bool {
+        matches!(self, Self::Light(Light::Environment { .. } | Light::Directional { .. }))
+    }
+
+    /// Whether the geometry term has a surface cosine here.
+    pub fn has_cosine(&self) -> bool {
+        match self {
+            Self::Surface(_) => true,
+            Self::Light(light) => light.area_pdf() > 0.0,
+            _ => false,
+        }
+    }
+}
+
+impl<'a> Path<'a> {
+    pub fn vertex(&self, i: usize) -> Result<&'a Vertex, PathError> {
+        self.vertices.get(i).ok_or(PathErrorKind::BadIndex.at(i))
+    }
+
+    /// Looks vertex `i` up.
+    pub fn node<'s>(&self, scene: &'s Scene<'s>, i: usize) -> Result<Node<'s>, PathError> {
+        let vertex = self.vertex(i)?;
+        let index = vertex.index as usize;
+        let last = self.vertices.len() - 1;
+        let node = match vertex.kind {
+            VERTEX_CAMERA if i == 0 => Some(Node::Camera(&scene.camera)),
+            VERTEX_MEDIUM if i > 0 && i < last => scene.media.get(index).map(Node::Medium),
+            VERTEX_SURFACE if i > 0 && i < last => scene.materials.get(index).map(Node::Surface),
+            VERTEX_LIGHT if i > 0 && i == last => scene.lights.lights.get(index).map(Node::Light),
+            _ => return Err(PathErrorKind::BadKind.at(i)),
+        };
+        node.ok_or(PathErrorKind::BadIndex.at(i))
+    }
+
+    /// The edge from vertex i to i + 1.
+    pub fn edge<'s>(&self, scene: &'s Scene<'s>, i: usize) -> Result<Line<'s>, PathError>
+    where
+        'a: 's,
+    {
+        let from = self.vertex(i)?.position.wide();
+        let to = self.vertex(i + 1)?.position.wide();
+        let (direction, length) = if self.node(scene, i + 1)?.is_direction() {
+            (to, f64::INFINITY)
+        } else {
+            let length = (to - from).length();
+            ((to - from) / length, length)
+        };
+        // Written so that NaN is an error.
+        if !(length > 0.0) {
+            return Err(PathErrorKind::ZeroLength.at(i));
+        }
+        let start = if i == 0 { 0 } else { self.edge_end(i - 1)? };
+        let segments = self.segments.get(start..self.edge_end(i)?).filter(|s| !s.is_empty());
+        let segments = segments.ok_or(PathErrorKind::BadSegments.at(i))?;
+        Ok(Line { media: scene.media, origin: from, direction, start: 0.0, start_normal: DVec3::ZERO, length, segments })
+    }
+
+    fn edge_end(&self, i: usize) -> Result<usize, PathError> {
+        self.edge_ends.get(i).map(|end| *end as usize).ok_or(PathErrorKind::BadSegments.at(i))
+    }
+
+    /// Checks all that the functions on paths rely on.
+    pub fn validate(&self, scene: &Scene) -> Result<(), PathError> {
+        if self.vertices.len() < 2 {
+            return Err(PathErrorKind::BadKind.at(0));
+        }
+        for (i, vertex) in self.vertices.iter().enumerate() {
+            let node = self.node(scene, i)?;
+            let unit = |v: Vec3| (v.wide().length() - 1.0).abs() < UNIT_TOLERANCE;
+            let position_ok = vertex.position.wide().is_finite() && (!node.is_direction() || unit(vertex.position));
+            if !position_ok || (node.has_cosine() && !unit(vertex.normal)) {
+                return Err(PathErrorKind::NotFinite.at(i));
+            }
+        }
+        (0..self.vertices.len() - 1).try_for_each(|i| self.validate_edge(scene, i))
+    }
+
+    fn validate_edge(&self, scene: &Scene, i: usize) -> Result<(), PathError> {
+        let line = self.edge(scene, i)?;
+        let mut reached = 0.0;
+        for segment in line.segments {
+            let known = segment.medium == NONE || (segment.medium as usize) < scene.media.len();
+            if !known {
+                return Err(PathErrorKind::BadIndex.at(i));
+            }
+            if !(segment.end >= reached && segment.normal.wide().is_finite()) {
+                return Err(PathErrorKind::BadSegments.at(i));
+            }
+            reached = segment.end;
+        }
+        let inside = |vertex: &Vertex, segment: Option<&Segment>| {
+            vertex.kind != VERTEX_MEDIUM || segment.is_some_and(|s| s.medium == vertex.index)
+        };
+        // Single precision carries the lengths: a relative slack of a few hundred roundings.
+        let long_enough = f64::from(reached) >= line.length * (1.0 - 1e-4);
+        let (from, to) = (self.vertex(i)?, self.vertex(i + 1)?);
+        if !long_enough || !inside(from, line.segments.first()) || !inside(to, line.segments.last()) {
+            return Err(PathErrorKind::BadSegments.at(i));
+        }
+        Ok(())
+    }
+}
+
+/// Single-precision vectors count as unit vectors within this.
+const UNIT_TOLERANCE: f64 = 1e-3;

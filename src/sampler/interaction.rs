@@ -1,0 +1,54 @@
+//! Scattering at a path vertex, in a medium or on a surface, seen alike by the sampler.
+
+use crate::math::{Colour, DVec2, DVec3};
+use crate::phase::Phase;
+use crate::scene::{Bsdf, BsdfSample};
+
+#[derive(Clone, Copy, Debug)]
+pub enum Scatterer<'a> {
+    Medium(Phase),
+    Surface { bsdf: &'a Bsdf, normal: DVec3 },
+}
+
+/// A vertex where light scatters.
+#[derive(Clone, Copy, Debug)]
+pub struct Interaction<'a> {
+    pub position: DVec3,
+    /// Unit vector back along the path.
+    pub to_camera: DVec3,
+    pub scatterer: Scatterer<'a>,
+}
+
+impl Interaction<'_> {
+    pub fn is_specular(&self) -> bool {
+        matches!(self.scatterer, Scatterer::Surface { bsdf, .. } if bsdf.is_specular())
+    }
+
+    /// f_p, or f_r·cos.
+    pub fn eval(&self, to_light: DVec3) -> Colour {
+        match self.scatterer {
+            Scatterer::Medium(phase) => Colour::splat(phase.eval(self.to_camera.dot(to_light))),
+            Scatterer::Surface { bsdf, normal } => {
+                bsdf.eval(normal, self.to_camera, to_light) * normal.dot(to_light).abs()
+            }
+        }
+    }
+
+    pub fn pdf(&self, to_light: DVec3) -> f64 {
+        match self.scatterer {
+            Scatterer::Medium(phase) => phase.eval(self.to_camera.dot(to_light)),
+            Scatterer::Surface { bsdf, normal } => bsdf.pdf(normal, self.to_camera, to_light),
+        }
+    }
+
+    pub fn sample(&self, u: DVec2, lobe: f64) -> Option<BsdfSample> {
+        match self.scatterer {
+            Scatterer::Medium(phase) => {
+                let direction = phase.sample(self.to_camera, u);
+                let pdf = Some(phase.eval(self.to_camera.dot(direction)));
+                Some(BsdfSample { direction, weight: Colour::ONE, pdf, eta_squared: 1.0 })
+            }
+            Scatterer::Surface { bsdf, normal } => bsdf.sample(normal, self.to_camera, u, lobe),
+        }
+    }
+}

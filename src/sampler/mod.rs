@@ -1,0 +1,11 @@
+//! Samplers: from primary sample numbers to paths and splats.
+
+mod interaction;
+mod next_event;
+mod path_tracer;
+mod primary;
+mod record;
+
+pub use path_tracer::{Options, PathTracer, Stats};
+pub use record::Record;
+pub use primary::{PrimarySample, RandomNumbers, SLOTS, Slot, VertexNumbers, shift_numbers};

@@ -1,0 +1,335 @@
+//! A unidirectional volumetric path tracer: next-event estimation, multiple importance sampling with the true pdfs (free flight
+//! and roulette included), Russian roulette; and a batch of shifts for every path whose first vertex lies in a medium.
+
+use super::interaction::{Interaction, Scatterer};
+use super::next_event::{self, Origin, Outcome};
+use super::primary::{PrimarySample, RandomNumbers, Slot, VertexNumbers, number, pair, shift_numbers};
+use super::record::{Arrival, Record};
+use crate::film::Film;
+use crate::math::{Colour, DVec2, DVec3, transmittance};
+use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
+use crate::scene::{HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, Light, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::shift::{self, Next};
+
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Most edges of a path: 1 is only directly visible emission.
+    pub max_depth: u32,
+    /// Vertices before Russian roulette begins.
+    pub rr_depth: u32,
+    pub seed: u64,
+    pub shift: Option<shift::Options>,
+}
+
+/// Counts of what was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    pub paths: u64,
+    pub rays: u64,
+    pub occlusion_rays: u64,
+    /// Paths that got a batch.
+    pub shifted_paths: u64,
+    /// Offsets tried, per edge that they change.
+    pub shifts: u64,
+    /// Those whose splat stayed.
+    pub stays: u64,
+    /// Rays that crossed more media than fit; their path ends there.
+    pub overflows: u64,
+}
+
+/// The sampler; one may be used by any number of threads.
+#[derive(Clone, Copy, Debug)]
+pub struct PathTracer<'a, Q> {
+    pub scene: &'a Scene<'a>,
+    pub queries: &'a Q,
+    pub options: Options,
+}
+
+/// The largest probability of going on under Russian roulette: no path is endless, even without absorption.
+const MAX_SURVIVAL: f64 = 0.95;
+
+impl<Q: Queries> PathTracer<'_, Q> {
+    /// One path through pixel number `pixel` of the camera's crop (row by row), with all its splats.
+    pub fn sample_pixel(&self, pass: u64, pixel: u32, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        let [x0, y0, x1, _] = self.scene.camera.crop;
+        let width = (x1 - x0).max(1);
+        let corner = DVec2::new(f64::from(x0 + pixel % width), f64::from(y0 + pixel / width));
+        let mut numbers = RandomNumbers::for_path(self.options.seed, pass, pixel);
+        let (position, record) = self.trace(corner, &mut numbers, stats)?;
+        stats.paths += 1;
+        film.add(position, record.plain);
+        if let (Some(options), Some(shiftable)) = (&self.options.shift, record.finish()) {
+            let random = shift_numbers(self.options.seed, pass, pixel);
+            let batch = shift::shift(self.scene, self.queries, options, &shiftable, random, |p, c| film.add(p, c))?;
+            stats.shifted_paths += 1;
+            stats.shifts += batch.shifts;
+            stats.stays += batch.stays;
+            stats.occlusion_rays += batch.occlusion_rays;
+        }
+        Ok(())
+    }
+
+    /// A whole path from a pixel's corner and primary sample numbers: its place on the image and its contributions.
+    pub fn trace(
+        &self,
+        corner: DVec2,
+        numbers: &mut impl PrimarySample,
+        stats: &mut Stats,
+    ) -> Result<(DVec2, Record), Stop> {
+        let pixel = corner + pair(&numbers.vertex(0), Slot::DirectionU, Slot::DirectionV);
+        let mut walk = Walk::from_camera(self, pixel, stats);
+        for depth in 1..=self.options.max_depth {
+            let numbers = numbers.vertex(depth);
+            let Some(vertex) = walk.advance(depth, &numbers)? else { break };
+            if depth == self.options.max_depth || !walk.scatter(depth, &vertex, &numbers)? {
+                break;
+            }
+        }
+        Ok((pixel, walk.record))
+    }
+}
+
+/// How the current ray was sampled, for weighting the light it finds.
+#[derive(Clone, Copy)]
+struct Sampled {
+    /// Per steradian, times the probability of going on.
+    pdf: f64,
+    /// Density of the direction alone.
+    direction_pdf: f64,
+}
+
+/// A path in the making.
+struct Walk<'a, Q> {
+    scene: &'a Scene<'a>,
+    queries: &'a Q,
+    options: &'a Options,
+    stats: &'a mut Stats,
+    record: Record,
+    origin: DVec3,
+    direction: DVec3,
+    /// Where the ray begins: at the near plane for the first one.
+    start: f64,
+    t_min: f64,
+    medium: u32,
+    throughput: Colour,
+    /// Product of the squared indices of refraction entered; undoes the compression of radiance in the roulette.
+    eta_squared: f64,
+    /// None after the camera and specular vertices: nothing else finds the same light.
+    sampled: Option<Sampled>,
+}
+
+/// A vertex to scatter at, and what its rays need.
+struct Vertex<'a> {
+    interaction: Interaction<'a>,
+    hit: Hit,
+    /// How far from rays' start surfaces count; 0 in a medium.
+    epsilon: f64,
+}
+
+impl<'a, Q: Queries> Walk<'a, Q> {
+    fn from_camera(tracer: &'a PathTracer<'a, Q>, pixel: DVec2, stats: &'a mut Stats) -> Self {
+        let camera = &tracer.scene.camera;
+        let ray = camera.ray(pixel);
+        Self {
+            scene: tracer.scene,
+            queries: tracer.queries,
+            options: &tracer.options,
+            stats,
+            record: Record::new(tracer.options.shift.is_some()),
+            origin: camera.position,
+            direction: ray.direction,
+            start: ray.start,
+            t_min: 0.0,
+            medium: camera.medium,
+            throughput: Colour::ONE,
+            eta_squared: 1.0,
+            sampled: None,
+        }
+    }
+
+    /// Goes along the current ray to the next vertex, and records what light it meets. None: the path ends.
+    fn advance(&mut self, depth: u32, numbers: &VertexNumbers) -> Result<Option<Vertex<'a>>, Stop> {
+        let Some(hit) = self.intersect()? else { return Ok(None) };
+        let on_surface = hit.kind == HIT_SURFACE;
+        let length = if on_surface { self.start + f64::from(hit.t) } else { f64::INFINITY };
+        let line = self.line(length, hit.media());
+        match sample_distance(&line, number(numbers, Slot::Distance)) {
+            Flight::Collision { t, medium, optical_depth, pdf } => {
+                Ok(self.collide(depth, hit, t, medium, optical_depth, pdf))
+            }
+            // Light that arrives with probability 0 has underflowed.
+            Flight::Passed { probability, .. } if !(probability > 0.0) => Ok(None),
+            Flight::Passed { optical_depth, probability } => Ok(self.arrive(hit, length, optical_depth, probability)),
+        }
+    }
+
+    /// The nearest surface and the media up to it; None if they are too many.
+    fn intersect(&mut self) -> Result<Option<Hit>, Stop> {
+        let origin = self.origin + self.start * self.direction;
+        let ray = Ray { t_min: self.t_min as f32, ..Ray::free(origin, self.direction, f64::INFINITY, self.medium) };
+        let mut hits = [Hit::EMPTY];
+        self.stats.rays += 1;
+        self.queries.intersect(&[ray], &mut hits)?;
+        let [hit] = hits;
+        if hit.kind == HIT_OVERFLOW {
+            self.stats.overflows += 1;
+            return Ok(None);
+        }
+        hit.check(self.scene)?;
+        Ok(Some(hit))
+    }
+
+    fn line<'s>(&self, length: f64, segments: &'s [Segment]) -> Line<'s>
+    where
+        'a: 's,
+    {
+        Line {
+            media: self.scene.media,
+            origin: self.origin,
+            direction: self.direction,
+            start: self.start,
+            start_normal: self.scene.camera.forward,
+            length,
+            segments,
+        }
+    }
+
+    /// A collision in a medium.
+    fn collide(
+        &mut self,
+        depth: u32,
+        hit: Hit,
+        t: f64,
+        index: u32,
+        optical_depth: Colour,
+        pdf: f64,
+    ) -> Option<Vertex<'a>> {
+        let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
+        let position = self.origin + t * self.direction;
+        let weight = medium.sigma_s(position) / pdf;
+        let transmittance = transmittance(optical_depth);
+        self.throughput *= weight * transmittance;
+        if !(self.throughput.max_element() > 0.0) {
+            return None;
+        }
+        let next = Next::Point { position, normal: None };
+        let arrival = self.arrival(next, t, optical_depth, hit.media(), weight);
+        if depth == 1 {
+            let image = self.scene.camera.project(position);
+            image.inspect(|image| self.record.first(&self.scene.camera, *image, index, pdf, &arrival));
+        } else {
+            self.record.later(&arrival, Some(medium.phase), true);
+        }
+        self.medium = index;
+        let scatterer = Scatterer::Medium(medium.phase);
+        Some(Vertex { interaction: Interaction { position, to_camera: -self.direction, scatterer }, hit, epsilon: 0.0 })
+    }
+
+    /// The end of the ray: a surface, or the environment.
+    fn arrive(&mut self, hit: Hit, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
+        self.throughput *= transmittance(optical_depth) / probability;
+        let weight = Colour::splat(1.0 / probability);
+        if hit.kind != HIT_SURFACE {
+            let arrival = self.arrival(Next::Direction(self.direction), length, optical_depth, hit.media(), weight);
+            self.record.later(&arrival, None, true);
+            self.meet(self.scene.lights.environment?, 1.0, probability);
+            return None;
+        }
+        let bsdf = self.scene.materials.get(hit.material as usize)?;
+        let normal = hit.normal.wide();
+        let position = self.origin + length * self.direction;
+        let next = Next::Point { position, normal: Some(normal) };
+        let arrival = self.arrival(next, length, optical_depth, hit.media(), weight);
+        self.record.later(&arrival, None, !bsdf.is_specular());
+        let cosine = -normal.dot(self.direction);
+        if hit.light != NONE && cosine > 0.0 {
+            self.meet(hit.light, cosine / (length * length), probability);
+        }
+        self.medium = hit.media().last().map_or(NONE, |segment| segment.medium);
+        let scatterer = Scatterer::Surface { bsdf, normal };
+        let interaction = Interaction { position, to_camera: -self.direction, scatterer };
+        Some(Vertex { interaction, hit, epsilon: surface_epsilon(position, length) })
+    }
+
+    fn arrival<'s>(
+        &self,
+        next: Next,
+        distance: f64,
+        optical_depth: Colour,
+        segments: &'s [Segment],
+        weight: Colour,
+    ) -> Arrival<'s> {
+        let transmittance = transmittance(optical_depth);
+        Arrival { next, direction: self.direction, distance, optical_depth, segments, weight, transmittance }
+    }
+
+    /// Records the emission of a light that the ray has reached; `geometry` takes solid angle to the light's own measure.
+    fn meet(&mut self, index: u32, geometry: f64, probability: f64) {
+        let Some(light) = self.scene.lights.get(index) else { return };
+        let mis = self.sampled.map_or(1.0, |sampled| {
+            let pick = self.scene.lights.probability(index);
+            let going_on = sampled.pdf * probability * geometry;
+            let next_event = match light {
+                Light::Environment { .. } => pick * sampled.direction_pdf,
+                light => pick * light.area_pdf(),
+            };
+            going_on / (going_on + next_event)
+        });
+        self.record.emitted(self.throughput, light.emission() * mis);
+    }
+
+    /// Next-event estimation at a vertex, then a new direction. False: the path ends.
+    fn scatter(&mut self, depth: u32, vertex: &Vertex, numbers: &VertexNumbers) -> Result<bool, Stop> {
+        let survival = self.survival(depth);
+        let origin = |direction| self.origin_of(vertex, direction);
+        match next_event::sample(self.scene, self.queries, &vertex.interaction, survival, numbers, origin)? {
+            Outcome::Nothing => {}
+            Outcome::Blocked => self.stats.occlusion_rays += 1,
+            Outcome::Overflow => {
+                self.stats.occlusion_rays += 1;
+                self.stats.overflows += 1;
+            }
+            Outcome::Light(event) => {
+                self.stats.occlusion_rays += 1;
+                self.record.next_event(self.throughput, &event);
+            }
+        }
+        if number(numbers, Slot::Survival) >= survival {
+            return Ok(false);
+        }
+        let u = pair(numbers, Slot::DirectionU, Slot::DirectionV);
+        let Some(sample) = vertex.interaction.sample(u, number(numbers, Slot::Lobe)) else { return Ok(false) };
+        let weight = sample.weight / survival;
+        self.throughput *= weight;
+        self.record.scattered(sample.direction, weight, sample.pdf.unwrap_or(1.0));
+        let Origin { medium, t_min } = self.origin_of(vertex, sample.direction);
+        (self.origin, self.direction, self.start) = (vertex.interaction.position, sample.direction, 0.0);
+        (self.medium, self.t_min) = (medium, t_min);
+        self.eta_squared *= sample.eta_squared;
+        self.sampled = sample.pdf.map(|pdf| Sampled { pdf: pdf * survival, direction_pdf: pdf });
+        Ok(self.throughput.max_element() > 0.0)
+    }
+
+    /// Probability of going on from the vertex reached at `depth`.
+    fn survival(&self, depth: u32) -> f64 {
+        if depth < self.options.rr_depth {
+            return 1.0;
+        }
+        (self.throughput.max_element() * self.eta_squared).min(MAX_SURVIVAL)
+    }
+
+    /// Where rays from a vertex in `direction` start.
+    fn origin_of(&self, vertex: &Vertex, direction: DVec3) -> Origin {
+        let medium = match vertex.interaction.scatterer {
+            Scatterer::Medium(_) => self.medium,
+            Scatterer::Surface { normal, .. } => {
+                let outside = direction.dot(normal) > 0.0;
+                match if outside { vertex.hit.medium_outside } else { vertex.hit.medium_inside } {
+                    KEEP_MEDIUM => self.medium,
+                    medium => medium,
+                }
+            }
+        };
+        Origin { medium, t_min: vertex.epsilon }
+    }
+}

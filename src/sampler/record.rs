@@ -1,0 +1,172 @@
+//! What a path carries to the film: contributions that stay at its pixel, and those that its first medium vertex can take along.
+//!
+//! Beside the usual throughput it keeps `rest`, the throughput without the factors that change when x_1 moves (shift/link.rs):
+//! 1/(We G pdf) at x_1, and so on; so a contribution's `rest` needs no division of colours.
+
+use super::next_event::NextEvent;
+use crate::math::{Colour, DVec3};
+use crate::medium::Segment;
+use crate::phase::Phase;
+use crate::scene::{Camera, ImagePoint};
+use crate::shift::{Link, Next, Shiftable};
+
+/// How far along the path the recording is.
+#[derive(Clone, Copy, Debug)]
+enum Stage {
+    /// All contributions stay.
+    Plain,
+    /// At x_1, in a medium.
+    First,
+    /// On the way to x_2; the phase function's value at x_1.
+    Leaving { scattering: f64 },
+    /// At x_2; its phase function if in a medium.
+    Second { phase: Option<Phase> },
+    /// Beyond: the unit vector from x_2 onwards, and whether it passes a phase function at x_2.
+    Beyond { onwards: DVec3, wing: bool },
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Record {
+    /// Sum of the contributions that stay at the path's pixel.
+    pub plain: Colour,
+    enabled: bool,
+    stage: Stage,
+    shiftable: Option<Shiftable>,
+    rest: Colour,
+    /// Sum of the contributions beyond x_2, without what changes.
+    beyond: Colour,
+}
+
+/// A vertex reached.
+pub struct Arrival<'a> {
+    /// x, or the direction of an environment.
+    pub next: Next,
+    /// Unit vector along which it was reached, and how far.
+    pub direction: DVec3,
+    pub distance: f64,
+    pub optical_depth: Colour,
+    pub segments: &'a [Segment],
+    /// σ_s/pdf of a collision, 1/probability of passing.
+    pub weight: Colour,
+    pub transmittance: Colour,
+}
+
+impl Record {
+    pub fn new(enabled: bool) -> Self {
+        let none = Colour::ZERO;
+        Self { plain: none, enabled, stage: Stage::Plain, shiftable: None, rest: none, beyond: none }
+    }
+
+    /// The first vertex lies in medium `medium`; `pdf` is the collision's.
+    pub fn first(&mut self, camera: &Camera, image: ImagePoint, medium: u32, pdf: f64, arrival: &Arrival) {
+        let Next::Point { position, .. } = arrival.next else { return };
+        if !self.enabled {
+            return;
+        }
+        // A pixel is sampled uniformly and its estimate is radiance, so We·G·pdf in volume measure is the density behind C = f/p.
+        let geometry = image.ray.cosine / (image.distance * image.distance);
+        self.rest = Colour::splat(1.0 / (camera.importance(image.ray.cosine) * geometry * pdf));
+        self.shiftable = Some(Shiftable::new(position, image, medium, arrival.optical_depth, arrival.segments));
+        self.stage = Stage::First;
+    }
+
+    /// A later vertex; `connectable` unless it is specular.
+    pub fn later(&mut self, arrival: &Arrival, phase: Option<Phase>, connectable: bool) {
+        match self.stage {
+            Stage::Leaving { scattering } => {
+                let geometry = arrival.geometry();
+                if !connectable || !(geometry > 0.0) {
+                    self.stage = Stage::Plain;
+                    return;
+                }
+                self.rest *= arrival.weight / (scattering * geometry);
+                if let Some(shiftable) = &mut self.shiftable {
+                    let link = Link::new(arrival.next, arrival.optical_depth, arrival.segments);
+                    shiftable.links[1] = Some(Link { phase: phase.unwrap_or_default(), ..link });
+                }
+                self.stage = Stage::Second { phase };
+            }
+            Stage::Beyond { .. } => self.rest *= arrival.weight * arrival.transmittance,
+            _ => {}
+        }
+    }
+
+    /// Light met on the way: `emission` times its MIS weight.
+    pub fn emitted(&mut self, throughput: Colour, emission: Colour) {
+        match self.stage {
+            Stage::Second { .. } => self.add_plain(1, self.rest * emission),
+            Stage::Beyond { .. } => self.beyond += self.rest * emission,
+            _ => self.plain += throughput * emission,
+        }
+    }
+
+    /// A next-event estimate at the current vertex.
+    pub fn next_event(&mut self, throughput: Colour, event: &NextEvent) {
+        match self.stage {
+            Stage::First => {
+                if let Some(shiftable) = &mut self.shiftable {
+                    let link = Link::new(event.next, event.optical_depth, event.hit.media());
+                    shiftable.links[0] = Some(Link { plain: self.rest * event.emitted, ..link });
+                }
+            }
+            Stage::Second { phase: Some(_) } => {
+                let rest = self.rest * event.emitted * event.transmittance * event.geometry;
+                if let Some(link) = self.shiftable.as_mut().and_then(|s| s.links[1].as_mut()) {
+                    link.add_wing(event.direction, rest);
+                }
+            }
+            Stage::Second { phase: None } => self.add_plain(1, self.rest * event.received()),
+            Stage::Beyond { .. } => self.beyond += self.rest * event.received(),
+            _ => self.plain += throughput * event.received(),
+        }
+    }
+
+    /// The path goes on in `direction`; `weight` is value over pdf and survival, `value` the phase function's, if in a medium.
+    pub fn scattered(&mut self, direction: DVec3, weight: Colour, value: f64) {
+        match self.stage {
+            Stage::First => {
+                self.rest *= weight;
+                self.stage = Stage::Leaving { scattering: value };
+            }
+            Stage::Second { phase } => {
+                self.rest *= if phase.is_some() { weight / value } else { weight };
+                self.stage = Stage::Beyond { onwards: direction, wing: phase.is_some() };
+            }
+            Stage::Beyond { .. } => self.rest *= weight,
+            _ => {}
+        }
+    }
+
+    /// What can be shifted, if anything.
+    pub fn finish(mut self) -> Option<Shiftable> {
+        match self.stage {
+            Stage::Beyond { onwards, wing: true } => {
+                if let Some(link) = self.shiftable.as_mut().and_then(|s| s.links[1].as_mut()) {
+                    link.add_wing(onwards, self.beyond);
+                }
+            }
+            Stage::Beyond { wing: false, .. } => self.add_plain(1, self.beyond),
+            _ => {}
+        }
+        self.shiftable.filter(Shiftable::carries)
+    }
+
+    fn add_plain(&mut self, link: usize, rest: Colour) {
+        if let Some(link) = self.shiftable.as_mut().and_then(|s| s.links[link].as_mut()) {
+            link.plain += rest;
+        }
+    }
+}
+
+impl Arrival<'_> {
+    /// G of the edge, without the cosine at its start.
+    fn geometry(&self) -> f64 {
+        match self.next {
+            Next::Direction(_) => 1.0,
+            Next::Point { normal, .. } => {
+                let cosine = normal.map_or(1.0, |n| -n.dot(self.direction));
+                cosine / (self.distance * self.distance)
+            }
+        }
+    }
+}

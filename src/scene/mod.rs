@@ -1,0 +1,28 @@
+//! What a path can meet besides media: the camera, surfaces' BSDFs, lights; and how the host is asked about geometry.
+
+mod bsdf;
+mod camera;
+mod light;
+mod query;
+
+pub use bsdf::{Bsdf, BsdfSample};
+pub use camera::{Camera, CameraRay, ImagePoint};
+pub use light::{Light, LightSample, Lights};
+pub use query::{Hit, HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
+
+use crate::medium::Medium;
+
+/// Everything of a scene but its geometry.
+#[derive(Clone, Copy, Debug)]
+pub struct Scene<'a> {
+    pub camera: Camera,
+    pub media: &'a [Medium<'a>],
+    pub materials: &'a [Bsdf],
+    pub lights: Lights<'a>,
+}
+
+impl Scene<'_> {
+    pub fn medium(&self, index: u32) -> Option<&Medium<'_>> {
+        self.media.get(index as usize)
+    }
+}

@@ -1,0 +1,132 @@
+//! How the core asks the host about geometry: rays in batches, answered with the surface and the media on the way.
+
+use crate::math::{DVec3, Vec3};
+use super::Scene;
+use crate::medium::{NONE, Segment};
+
+/// Most media that one ray or edge may cross, and so the capacity of `Hit::segments`.
+pub const MAX_SEGMENTS: usize = 16;
+
+pub const HIT_NONE: u32 = 0;
+pub const HIT_SURFACE: u32 = 1;
+pub const HIT_OVERFLOW: u32 = 2;
+
+/// The surface does not change the medium.
+pub const KEEP_MEDIUM: u32 = 0xFFFF_FFFE;
+
+/// A ray whose surfaces and media the host is asked for.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ray {
+    pub origin: Vec3,
+    /// Unit direction.
+    pub direction: Vec3,
+    /// Surfaces nearer than this are the one the ray starts from, and no hit (media still change from the origin on). World units.
+    pub t_min: f32,
+    /// Surfaces at or beyond this are no hit; may be INFINITY. World units.
+    pub t_max: f32,
+    /// Medium at the origin, or `VOLGRAD_NONE`.
+    pub medium: u32,
+}
+
+/// The host's answer to a ray.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// `VOLGRAD_HIT_*`.
+    pub kind: u32,
+    /// Index of the surface's material. An area light's surface has one too (a black diffuse one, usually).
+    pub material: u32,
+    /// Index of the area light that this surface is, or `VOLGRAD_NONE`.
+    pub light: u32,
+    /// Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
+    /// Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
+    pub segment_count: u32,
+    /// Distance to the surface, world units.
+    pub t: f32,
+    /// Geometric unit normal, as the surface is oriented (not flipped towards the ray).
+    pub normal: Vec3,
+    /// Shading normal; this version reads the geometric one only. Set both alike.
+    pub shading_normal: Vec3,
+    /// Medium on the side of the surface that the normal points to, and on the other; both `VOLGRAD_KEEP_MEDIUM` when the surface
+    /// bounds none: a ray that goes on through it stays in the medium that it is in.
+    pub medium_outside: u32,
+    pub medium_inside: u32,
+    pub segments: [Segment; MAX_SEGMENTS],
+}
+
+impl Ray {
+    /// A ray that starts at no surface.
+    pub fn free(origin: DVec3, direction: DVec3, t_max: f64, medium: u32) -> Self {
+        Self { origin: origin.into(), direction: direction.into(), t_min: 0.0, t_max: t_max as f32, medium }
+    }
+}
+
+const ZERO: Vec3 = Vec3 { x: 0.0, y: 0.0, z: 0.0 };
+
+impl Hit {
+    /// To be filled by a query.
+    pub const EMPTY: Self = Self {
+        kind: HIT_NONE,
+        material: NONE,
+        light: NONE,
+        segment_count: 0,
+        t: 0.0,
+        normal: ZERO,
+        shading_normal: ZERO,
+        medium_outside: KEEP_MEDIUM,
+        medium_inside: KEEP_MEDIUM,
+        segments: [Segment { end: 0.0, medium: NONE, normal: ZERO }; MAX_SEGMENTS],
+    };
+
+    /// Checks what the core relies on. The media of a hit that only says "occluded" are not looked at.
+    pub fn check(&self, scene: &Scene) -> Result<(), Stop> {
+        let medium = |index: u32| index == NONE || (index as usize) < scene.media.len();
+        let side = |index: u32| index == KEEP_MEDIUM || medium(index);
+        let mut reached = 0.0;
+        // Written so that NaN fails.
+        let ordered = self.media().iter().all(|segment| {
+            let ok = segment.end >= reached && medium(segment.medium);
+            reached = segment.end;
+            ok
+        });
+        let surface = self.kind != HIT_SURFACE
+            || ((self.material as usize) < scene.materials.len()
+                && (self.light == NONE || (self.light as usize) < scene.lights.lights.len())
+                && side(self.medium_inside)
+                && side(self.medium_outside)
+                && self.t > 0.0
+                && self.t.is_finite()
+                && (self.normal.wide().length_squared() - 1.0).abs() < 1e-2);
+        let known = matches!(self.kind, HIT_NONE | HIT_SURFACE);
+        if known && surface && ordered && !self.media().is_empty() { Ok(()) } else { Err(Stop::InvalidHit) }
+    }
+
+    pub fn media(&self) -> &[Segment] {
+        self.segments.get(..self.segment_count as usize).unwrap_or(&[])
+    }
+}
+
+/// Why a running call ends early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// A callback returned this code.
+    Callback(i32),
+    /// The host's answer breaks the contract of [`Hit`].
+    InvalidHit,
+}
+
+/// Geometry, as the host has it. Index-matched (null) surfaces are never hits: they end segments. `hits` is as long as `rays`.
+pub trait Queries {
+    /// The nearest surface in [t_min, t_max), and the media up to it, or up to t_max.
+    fn intersect(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop>;
+    /// Whether any surface is in [t_min, t_max), and if none, the media up to t_max.
+    fn occluded(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop>;
+}
+
+/// How far a ray from or to a surface stays away from it, given the point there and its distance from the ray's other end:
+/// some hundred times the rounding of single-precision coordinates and distances.
+pub fn surface_epsilon(point: DVec3, distance: f64) -> f64 {
+    const ROUNDING: f64 = 5e-5;
+    ROUNDING * point.abs().max_element().max(if distance.is_finite() { distance } else { 0.0 })
+}

@@ -1,0 +1,282 @@
+//! What of a path changes when its first medium vertex moves, and what stays.
+//!
+//! f = A(x)·L(x)·w(x)·rest: the camera side A = We G Tr σ_s, the link L = f_p G Tr from x to its next neighbour, and the phase
+//! function w at that neighbour change; `rest` does not. Several contributions of one sampled path share A, some share L.
+
+use crate::math::{Colour, DVec3, luminance, transmittance};
+use crate::medium::{Line, Medium, Segment, optical_depth};
+use crate::path::{Neighbour, Node, Path, PathError, PathErrorKind, Wing, factors};
+use crate::phase::Phase;
+use crate::scene::{Camera, ImagePoint, MAX_SEGMENTS, Scene};
+
+/// The neighbour of x towards the light.
+#[derive(Clone, Copy, Debug)]
+pub enum Next {
+    /// A point; with a normal, light passes only on its front and the geometry term has a cosine.
+    Point { position: DVec3, normal: Option<DVec3> },
+    /// A unit direction to an environment or directional light, which is kept.
+    Direction(DVec3),
+}
+
+/// The media along an edge, kept beyond the query that found them.
+#[derive(Clone, Copy, Debug)]
+pub struct Media {
+    segments: [Segment; MAX_SEGMENTS],
+    count: usize,
+}
+
+impl Default for Media {
+    fn default() -> Self {
+        Self { segments: [Segment::default(); MAX_SEGMENTS], count: 0 }
+    }
+}
+
+impl Media {
+    pub fn from(segments: &[Segment]) -> Self {
+        let mut media = Self::default();
+        for (to, from) in media.segments.iter_mut().zip(segments) {
+            *to = *from;
+            media.count += 1;
+        }
+        media
+    }
+
+    pub fn segments(&self) -> &[Segment] {
+        self.segments.get(..self.count).unwrap_or(&[])
+    }
+}
+
+/// Most contributions of a link with a phase function of their own at its far end.
+pub const MAX_WINGS: usize = 2;
+
+/// An edge from x onwards, and the contributions that go along it.
+#[derive(Clone, Copy, Debug)]
+pub struct Link {
+    pub next: Next,
+    pub optical_depth: Colour,
+    /// Only for gradients.
+    pub media: Media,
+    /// `rest` of all contributions without a phase function at `next`: those that end there or scatter on a diffuse surface.
+    pub plain: Colour,
+    /// The phase function at `next`, and per contribution the unit vector from there onwards, and its `rest`.
+    pub phase: Phase,
+    pub wings: [(DVec3, Colour); MAX_WINGS],
+    pub wing_count: usize,
+}
+
+impl Link {
+    pub fn new(next: Next, optical_depth: Colour, segments: &[Segment]) -> Self {
+        Self {
+            next,
+            optical_depth,
+            media: Media::from(segments),
+            plain: Colour::ZERO,
+            phase: Phase::ISOTROPIC,
+            wings: [(DVec3::Z, Colour::ZERO); MAX_WINGS],
+            wing_count: 0,
+        }
+    }
+
+    /// Adds a contribution that scatters at `next` towards `to_other`.
+    pub fn add_wing(&mut self, to_other: DVec3, rest: Colour) {
+        if let Some(wing) = self.wings.get_mut(self.wing_count) {
+            *wing = (to_other, rest);
+            self.wing_count += 1;
+        }
+    }
+
+    pub fn wings(&self) -> &[(DVec3, Colour)] {
+        self.wings.get(..self.wing_count).unwrap_or(&[])
+    }
+
+    pub fn wing(&self, index: usize) -> Option<Wing> {
+        self.wings().get(index).map(|(to_other, _)| Wing { phase: self.phase, to_other: *to_other })
+    }
+
+    pub fn neighbour(&self) -> Neighbour {
+        match self.next {
+            Next::Point { position, normal } => Neighbour::Point { position, normal },
+            Next::Direction(direction) => Neighbour::Direction(direction),
+        }
+    }
+}
+
+/// Most links of one path: to a light, and to the next vertex.
+pub const MAX_LINKS: usize = 2;
+
+/// A sampled path whose first vertex lies in a medium and may move.
+#[derive(Clone, Copy, Debug)]
+pub struct Shiftable {
+    pub x: DVec3,
+    pub image: ImagePoint,
+    pub medium: u32,
+    /// From the near plane to x.
+    pub optical_depth: Colour,
+    pub media: Media,
+    pub links: [Option<Link>; MAX_LINKS],
+}
+
+/// L and the phase functions at its far end for one position of x. Colour 0: nothing gets through.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LinkValue {
+    /// A·L
+    pub colour: Colour,
+    pub wings: [f64; MAX_WINGS],
+    /// Distance to the next neighbour.
+    pub distance: f64,
+}
+
+/// A(x) = We cosθ/d² Tr σ_s.
+pub fn camera_side(scene: &Scene, x: DVec3, image: &ImagePoint, medium: u32, optical_depth: Colour) -> Colour {
+    let Some(medium) = scene.medium(medium) else { return Colour::ZERO };
+    let cosine = image.ray.cosine;
+    let geometry = cosine / (image.distance * image.distance);
+    medium.sigma_s(x) * transmittance(optical_depth) * (scene.camera.importance(cosine) * geometry)
+}
+
+/// Direction and distance from x to `next`.
+pub fn towards(x: DVec3, next: &Next) -> (DVec3, f64) {
+    match *next {
+        Next::Point { position, .. } => {
+            let distance = (position - x).length();
+            ((position - x) / distance, distance)
+        }
+        Next::Direction(direction) => (direction, f64::INFINITY),
+    }
+}
+
+/// f_p·G of the link, before visibility and Tr; 0 if `next` faces away.
+pub fn link_geometry(phase: Phase, to_camera: DVec3, next: &Next, direction: DVec3, distance: f64) -> f64 {
+    let scattering = phase.eval(to_camera.dot(direction));
+    match *next {
+        Next::Direction(_) => scattering,
+        Next::Point { normal, .. } => {
+            let cosine = normal.map_or(1.0, |n| -n.dot(direction));
+            scattering * cosine.max(0.0) / (distance * distance)
+        }
+    }
+}
+
+impl Shiftable {
+    /// A path without contributions yet; `segments` start at the near plane.
+    pub fn new(x: DVec3, image: ImagePoint, medium: u32, optical_depth: Colour, segments: &[Segment]) -> Self {
+        Self { x, image, medium, optical_depth, media: Media::from(segments), links: [None; MAX_LINKS] }
+    }
+
+    /// Whether any contribution is not 0.
+    pub fn carries(&self) -> bool {
+        self.links.iter().flatten().any(|link| {
+            link.plain.max_element() > 0.0 || link.wings().iter().any(|(_, rest)| rest.max_element() > 0.0)
+        })
+    }
+
+    /// The value of link `i` where the path was sampled.
+    pub fn value(&self, scene: &Scene, i: usize) -> LinkValue {
+        let (Some(Some(link)), Some(medium)) = (self.links.get(i), scene.medium(self.medium)) else {
+            return LinkValue::default();
+        };
+        let a = camera_side(scene, self.x, &self.image, self.medium, self.optical_depth);
+        let (direction, distance) = towards(self.x, &link.next);
+        let l = link_geometry(medium.phase, -self.image.ray.direction, &link.next, direction, distance);
+        LinkValue { colour: a * transmittance(link.optical_depth) * l, wings: link.wing_values(direction), distance }
+    }
+
+    /// The edge from the camera to x.
+    pub fn camera_line<'s>(&'s self, scene: &'s Scene) -> Line<'s> {
+        camera_line(&scene.camera, scene.media, &self.image, self.media.segments())
+    }
+}
+
+/// The edge from the camera to an image point's world point; `segments` start at the near plane.
+pub fn camera_line<'s>(
+    camera: &Camera,
+    media: &'s [Medium<'s>],
+    image: &ImagePoint,
+    segments: &'s [Segment],
+) -> Line<'s> {
+    Line {
+        media,
+        origin: camera.position,
+        direction: image.ray.direction,
+        start: image.ray.start,
+        start_normal: camera.forward,
+        length: image.distance,
+        segments,
+    }
+}
+
+impl Link {
+    /// Phase function values at `next`, seen from x along `direction`.
+    pub fn wing_values(&self, direction: DVec3) -> [f64; MAX_WINGS] {
+        core::array::from_fn(|i| self.wings().get(i).map_or(0.0, |(to_other, _)| self.phase.eval(-direction.dot(*to_other))))
+    }
+}
+
+/// Prepares a path of any sampler, with weight C = w·f/p in RGB. None: its first vertex may not move, it stays as it is.
+pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Shiftable>, PathError> {
+    let Node::Medium(_) = path.node(scene, 1)? else { return Ok(None) };
+    let (x, medium) = (path.vertex(1)?.position.wide(), path.vertex(1)?.index);
+    let next_node = path.node(scene, 2)?;
+    if next_node.is_specular() {
+        return Ok(None);
+    }
+    let image = scene.camera.project(x).ok_or(PathErrorKind::ZeroContribution.at(1))?;
+    let (camera_edge, next_edge) = (path.edge(scene, 0)?, path.edge(scene, 1)?);
+    let vertex = path.vertex(2)?;
+    let next = if next_node.is_direction() {
+        Next::Direction(vertex.position.wide())
+    } else {
+        let normal = next_node.has_cosine().then(|| vertex.normal.wide());
+        Next::Point { position: vertex.position.wide(), normal }
+    };
+    let mut link = Link::new(next, optical_depth(&next_edge), next_edge.segments);
+    let mut rest = Colour::ONE;
+    for i in 2..path.vertices.len() {
+        let f = factors(scene, path, i)?;
+        // The phase function at vertex 2 belongs to the wing; only colours matter of the rest.
+        rest = normalised(rest * f.product());
+    }
+    match next_node {
+        Node::Medium(m) => {
+            link.phase = m.phase;
+            let other = path.vertex(3)?.position.wide();
+            let to_other = if path.node(scene, 3)?.is_direction() { other } else { other - vertex.position.wide() };
+            link.add_wing(to_other.try_normalize().ok_or(PathErrorKind::ZeroLength.at(2))?, rest);
+        }
+        _ => link.plain = rest,
+    }
+    // The path's own segments start at the camera; those from queries at the near plane.
+    let mut shiftable = Shiftable {
+        x,
+        image,
+        medium,
+        optical_depth: optical_depth(&camera_edge),
+        media: from_near_plane(camera_edge.segments, image.ray.start),
+        links: [Some(link), None],
+    };
+    let value = shiftable.value(scene, 0);
+    let f = value.colour * rest * if link.wing_count > 0 { value.wings[0] } else { 1.0 };
+    let scale = luminance(weight) / luminance(f);
+    if !scale.is_finite() {
+        return Err(PathErrorKind::ZeroContribution.at(1));
+    }
+    if let Some(link) = &mut shiftable.links[0] {
+        link.plain *= scale;
+        link.wings[0].1 *= scale;
+    }
+    Ok(Some(shiftable))
+}
+
+fn normalised(colour: Colour) -> Colour {
+    let largest = colour.max_element();
+    if largest > 0.0 { colour / largest } else { colour }
+}
+
+/// Segments measured from the near plane instead of the camera.
+fn from_near_plane(segments: &[Segment], start: f64) -> Media {
+    let mut media = Media::from(segments);
+    for segment in media.segments.iter_mut() {
+        segment.end = (f64::from(segment.end) - start).max(0.0) as f32;
+    }
+    media
+}
