@@ -3,6 +3,7 @@
 use crate::math::{Colour, DVec2, floor};
 
 /// One pixel's sum, in units of [`LEAST`].
+#[repr(transparent)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cell(pub [i128; 3]);
 
@@ -44,14 +45,14 @@ impl Film<'_> {
         if inside { self.cells.get_mut(index) } else { None }
     }
 
-    /// Adds another film of the same size.
-    pub fn merge(&mut self, other: &Film) {
-        for (to, from) in self.cells.iter_mut().zip(other.cells.iter()) {
+    /// Adds the cells of another film of the same size, and how many splats it dropped.
+    pub fn merge(&mut self, cells: &[Cell], dropped: u64) {
+        for (to, from) in self.cells.iter_mut().zip(cells) {
             for (sum, v) in to.0.iter_mut().zip(from.0) {
                 *sum = sum.saturating_add(v);
             }
         }
-        *self.dropped += *other.dropped;
+        *self.dropped += dropped;
     }
 }
 

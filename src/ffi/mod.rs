@@ -1,0 +1,30 @@
+//! The C ABI: include/volgrad.h is generated from here. One file per section of the header; no logic, only conversion and checks.
+//!
+//! The only unsafe code of the library. Every pointer that comes in is checked for NULL and alignment; that it points to as much
+//! memory as the header says is the caller's promise, and the reason why each `unsafe` here is sound.
+
+#![allow(non_camel_case_types, clippy::missing_safety_doc)]
+
+mod convert;
+mod films;
+#[cfg(feature = "exr")]
+mod images;
+mod kernels;
+mod paths;
+mod pointer;
+mod samplers;
+mod scenes;
+mod shifts;
+mod status;
+mod types;
+
+pub use films::*;
+#[cfg(feature = "exr")]
+pub use images::*;
+pub use kernels::*;
+pub use paths::*;
+pub use samplers::*;
+pub use scenes::*;
+pub use shifts::*;
+pub use status::*;
+pub use types::*;

@@ -12,6 +12,34 @@ use core::ffi::c_void;
 /// Version of the structs and functions below; `volgrad_abi_version()` returns the library's.
 pub const VOLGRAD_ABI_VERSION: u32 = 1;
 
+/// "None" wherever an index is expected: no medium (vacuum), no light.
+pub const VOLGRAD_NONE: u32 = 0xFFFF_FFFF;
+
+/// `volgrad_vertex.kind`.
+pub const VOLGRAD_VERTEX_CAMERA: u32 = 0;
+pub const VOLGRAD_VERTEX_MEDIUM: u32 = 1;
+pub const VOLGRAD_VERTEX_SURFACE: u32 = 2;
+pub const VOLGRAD_VERTEX_LIGHT: u32 = 3;
+
+/// `volgrad_hit.kind`.
+pub const VOLGRAD_HIT_NONE: u32 = 0;
+pub const VOLGRAD_HIT_SURFACE: u32 = 1;
+/// More than `VOLGRAD_MAX_SEGMENTS` media on the way: what the path would have carried beyond is lost, and counted.
+pub const VOLGRAD_HIT_OVERFLOW: u32 = 2;
+
+/// `volgrad_hit.medium_outside`, `medium_inside`: the surface does not change the medium.
+pub const VOLGRAD_KEEP_MEDIUM: u32 = 0xFFFF_FFFE;
+
+// The header's constants are the core's.
+const _: () = {
+    use crate::{medium, path, scene};
+    assert!(VOLGRAD_NONE == medium::NONE && VOLGRAD_KEEP_MEDIUM == scene::KEEP_MEDIUM);
+    assert!(VOLGRAD_VERTEX_CAMERA == path::VERTEX_CAMERA && VOLGRAD_VERTEX_MEDIUM == path::VERTEX_MEDIUM);
+    assert!(VOLGRAD_VERTEX_SURFACE == path::VERTEX_SURFACE && VOLGRAD_VERTEX_LIGHT == path::VERTEX_LIGHT);
+    assert!(VOLGRAD_HIT_NONE == scene::HIT_NONE && VOLGRAD_HIT_SURFACE == scene::HIT_SURFACE);
+    assert!(VOLGRAD_HIT_OVERFLOW == scene::HIT_OVERFLOW);
+};
+
 pub const VOLGRAD_CAMERA_PINHOLE: u32 = 0;
 
 /// A camera. The image's x axis is `right`, its first row is at the top (`+up`). The three axes are orthonormal.

@@ -1,0 +1,236 @@
+/* volgrad-render: renders a scene in Mitsuba 3's XML with volgrad and Embree. */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "embree_queries.h"
+#include "image.h"
+#include "interrupt.h"
+#include "metadata.h"
+#include "options.h"
+#include "output.h"
+#include "progress.h"
+#include "render.h"
+#include "scene.h"
+#include "stats.h"
+
+enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_WRONG_INPUT = 2 };
+
+enum { DEFAULT_PASSES = 64 };
+
+/* ---- setting up ---- */
+
+static void print_status(const char *what, volgrad_status status)
+{
+    fprintf(stderr, "volgrad-render: %s: %s\n", what, volgrad_status_message(status));
+}
+
+static int print_version(void)
+{
+    char embree[32];
+    embree_queries_version(embree, sizeof embree);
+    printf("volgrad-render %s (ABI %u, Embree %s)\n", volgrad_version(), (unsigned)volgrad_abi_version(), embree);
+    return EXIT_OK;
+}
+
+/* The part of the image to render becomes the camera's crop window. Returns 0 if it does not fit the image. */
+static int set_crop(volgrad_camera *camera, const options *o)
+{
+    if (!o->has_crop) {
+        return 1;
+    }
+    if (o->crop[2] > camera->width || o->crop[3] > camera->height) {
+        fprintf(stderr, "volgrad-render: --crop reaches beyond the image of %u x %u pixels\n", (unsigned)camera->width,
+                (unsigned)camera->height);
+        return 0;
+    }
+    camera->crop_x0 = o->crop[0];
+    camera->crop_y0 = o->crop[1];
+    camera->crop_x1 = o->crop[2];
+    camera->crop_y1 = o->crop[3];
+    return 1;
+}
+
+static int set_sampler(volgrad_path_sampler_options *sampler, const options *o, const scene *s)
+{
+    volgrad_status status = volgrad_path_sampler_options_default(sampler, sizeof *sampler);
+    if (status != VOLGRAD_OK) {
+        print_status("path sampler", status);
+        return 0;
+    }
+    sampler->max_depth = o->has_max_depth ? o->max_depth : s->max_depth;
+    sampler->rr_depth = s->rr_depth;
+    sampler->seed = o->seed;
+    sampler->shift = o->shift;
+    return 1;
+}
+
+/* volgrad's side of the scene. Returns its memory, to be freed, or NULL. */
+static void *make_core_scene(const volgrad_scene_desc *desc, const volgrad_scene **core)
+{
+    size_t bytes = 0;
+    volgrad_error error = {.struct_size = sizeof error};
+    volgrad_status status = volgrad_scene_size(desc, &bytes);
+    if (status != VOLGRAD_OK) {
+        print_status("scene", status);
+        return NULL;
+    }
+    void *memory = render_allocate(bytes);
+    if (memory == NULL) {
+        fputs("volgrad-render: out of memory for the scene\n", stderr);
+        return NULL;
+    }
+    status = volgrad_scene_init(memory, bytes, desc, core, &error);
+    if (status != VOLGRAD_OK) {
+        fprintf(stderr, "volgrad-render: scene: %s", volgrad_status_message(status));
+        if (error.field != NULL) {
+            fprintf(stderr, " (%s, index %u)", error.field, (unsigned)error.index);
+        }
+        fputc('\n', stderr);
+        free(memory);
+        return NULL;
+    }
+    return memory;
+}
+
+/* --spp and --time as given; with neither, as many passes as the scene asks for. */
+static uint64_t pass_limit(const options *o, const scene *s)
+{
+    if (o->spp > 0 || o->seconds > 0.0) {
+        return o->spp;
+    }
+    return s->sample_count > 0 ? s->sample_count : DEFAULT_PASSES;
+}
+
+/* ---- the run ---- */
+
+/* Returns 0 if there is no image. */
+static int render_passes(const render_job *job, render_result *result, uint64_t *dropped)
+{
+    int ok = render_run(job, result);
+    progress_end(job->report_user);
+    if (!ok && result->status == VOLGRAD_OK) {
+        fputs("volgrad-render: out of memory for the film\n", stderr);
+        return 0;
+    }
+    volgrad_status status = ok ? volgrad_film_dropped(result->film, dropped) : result->status;
+    if (status != VOLGRAD_OK) {
+        print_status("rendering", status);
+    }
+    return status == VOLGRAD_OK;
+}
+
+static int render_and_write(const render_job *job, image_source *source)
+{
+    render_result result;
+    int exit_status = EXIT_FAILED;
+    source->result = &result;
+    if (render_passes(job, &result, &source->dropped) && image_write(source)) {
+        exit_status = *job->stop ? EXIT_INTERRUPTED : EXIT_OK;
+        if (source->options->stats) {
+            stats_print(&result, source->dropped);
+        }
+    }
+    render_result_free(&result);
+    return exit_status;
+}
+
+static int run_with_queries(image_source *source, const scene *s, const volgrad_scene *core, const volgrad_queries *queries)
+{
+    const options *o = source->options;
+    volgrad_exr_layout window = image_window(source->camera);
+    uint32_t pixels = window.window_width * window.window_height;
+    uint64_t passes = pass_limit(o, s);
+    progress progress;
+    progress_start(&progress, o->quiet, passes, o->seconds, pixels);
+    render_job job = {.scene = core,
+                      .queries = queries,
+                      .sampler = source->sampler,
+                      .width = window.width,
+                      .height = window.height,
+                      .pixel_count = pixels,
+                      .threads = o->threads,
+                      .max_passes = passes,
+                      .max_seconds = o->seconds,
+                      .stop = interrupt_watch(),
+                      .report = progress_report,
+                      .report_user = &progress};
+    return render_and_write(&job, source);
+}
+
+static int run_scene(image_source *source, scene *s)
+{
+    volgrad_path_sampler_options sampler;
+    const volgrad_scene *core = NULL;
+    const char *problem = NULL;
+    if (!set_crop(&s->desc.camera, source->options)) {
+        return EXIT_WRONG_INPUT;
+    }
+    if (!set_sampler(&sampler, source->options, s)) {
+        return EXIT_FAILED;
+    }
+    void *core_memory = make_core_scene(&s->desc, &core);
+    if (core_memory == NULL) {
+        return EXIT_WRONG_INPUT;
+    }
+    int exit_status = EXIT_FAILED;
+    embree_queries *embree = embree_queries_create(s, source->options->threads, &problem);
+    if (embree == NULL) {
+        fprintf(stderr, "volgrad-render: Embree: %s\n", problem);
+    } else {
+        volgrad_queries queries = embree_queries_table(embree);
+        source->camera = &s->desc.camera;
+        source->sampler = &sampler;
+        exit_status = run_with_queries(source, s, core, &queries);
+    }
+    embree_queries_destroy(embree);
+    free(core_memory);
+    return exit_status;
+}
+
+static int run(const options *o, const char *command_line)
+{
+    scene s;
+    image_source source = {.command_line = command_line, .options = o};
+    if (!output_check(o->output)) {
+        return EXIT_FAILED;
+    }
+    if (!scene_load(o->scene, &s)) {
+        return EXIT_WRONG_INPUT;
+    }
+    int exit_status = run_scene(&source, &s);
+    scene_free(&s);
+    return exit_status;
+}
+
+static int parse_and_run(int argc, char **argv, const char *command_line)
+{
+    options o;
+    switch (options_parse(argc, argv, &o)) {
+    case OPTIONS_HELP:
+        options_print_help();
+        return EXIT_OK;
+    case OPTIONS_VERSION:
+        return print_version();
+    case OPTIONS_RUN:
+        return run(&o, command_line);
+    default:
+        return EXIT_WRONG_INPUT;
+    }
+}
+
+int main(int argc, char **argv)
+{
+    if (volgrad_abi_version() != VOLGRAD_ABI_VERSION) {
+        fprintf(stderr, "volgrad-render: built for volgrad ABI %u, found %u\n", (unsigned)VOLGRAD_ABI_VERSION,
+                (unsigned)volgrad_abi_version());
+        return EXIT_FAILED;
+    }
+    char *command_line = metadata_command_line(argc, argv);
+    if (command_line == NULL) {
+        fputs("volgrad-render: out of memory\n", stderr);
+        return EXIT_FAILED;
+    }
+    int exit_status = parse_and_run(argc, argv, command_line);
+    free(command_line);
+    return exit_status;
+}

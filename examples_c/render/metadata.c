@@ -1,0 +1,96 @@
+#include "metadata.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void add(metadata *m, const char *name, const char *text, double number)
+{
+    if (m->count < METADATA_CAPACITY) {
+        m->attributes[m->count++] = (volgrad_exr_attribute){.name = name, .text = text, .number = number};
+    }
+}
+
+static void add_text(metadata *m, const char *name, const char *text)
+{
+    add(m, name, text, 0.0);
+}
+
+static void add_number(metadata *m, const char *name, double number)
+{
+    add(m, name, NULL, number);
+}
+
+/* One argument, in quotes where a shell would need them. Returns the end of what was written; needs 4 * length + 2 characters. */
+static char *quote(char *to, const char *argument)
+{
+    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=./,:@%";
+    size_t length = strlen(argument);
+    if (length > 0 && strspn(argument, plain) == length) {
+        memcpy(to, argument, length);
+        return to + length;
+    }
+    *to++ = '\'';
+    for (; *argument != '\0'; ++argument) {
+        if (*argument == '\'') {
+            memcpy(to, "'\\''", 4);
+            to += 4;
+        } else {
+            *to++ = *argument;
+        }
+    }
+    *to++ = '\'';
+    return to;
+}
+
+char *metadata_command_line(int argc, char **argv)
+{
+    size_t size = 1;
+    for (int i = 0; i < argc; ++i) {
+        size += 4 * strlen(argv[i]) + 3;
+    }
+    char *line = malloc(size), *end = line;
+    if (line == NULL) {
+        return NULL;
+    }
+    for (int i = 0; i < argc; ++i) {
+        if (i > 0) {
+            *end++ = ' ';
+        }
+        end = quote(end, argv[i]);
+    }
+    *end = '\0';
+    return line;
+}
+
+static void add_sampler(metadata *m, const volgrad_path_sampler_options *sampler)
+{
+    const volgrad_shift_options *shift = &sampler->shift;
+    add_text(m, "integrator", "path");
+    add_number(m, "maxDepth", sampler->max_depth > 0 ? (double)sampler->max_depth : -1.0);
+    add_number(m, "rrDepth", sampler->rr_depth);
+    add_text(m, "shift", options_shift_name(shift->mode));
+    if (shift->mode != VOLGRAD_SHIFT_NONE) {
+        add_text(m, "shiftKernel", options_kernel_name(shift->kernel));
+        add_number(m, "shiftCount", shift->count);
+        add_number(m, shift->radius_unit == VOLGRAD_RADIUS_PIXELS ? "shiftRadiusPixels" : "shiftRadiusWorld", shift->radius);
+    }
+}
+
+void metadata_collect(metadata *m, const image_source *source)
+{
+    const render_result *result = source->result;
+    *m = (metadata){.count = 0};
+    snprintf(m->seed, sizeof m->seed, "%" PRIu64, source->sampler->seed);
+    add_text(m, "volgradVersion", volgrad_version());
+    add_text(m, "scene", source->options->scene);
+    add_text(m, "commandLine", source->command_line);
+    add_text(m, "seed", m->seed);
+    add_number(m, "samplesPerPixel", (double)result->passes);
+    add_number(m, "renderTimeSeconds", result->wall_seconds);
+    add_number(m, "cpuTimeSeconds", result->cpu_seconds);
+    add_number(m, "droppedSamples", (double)source->dropped);
+    add_number(m, "droppedPaths", (double)result->stats.overflows);
+    add_sampler(m, source->sampler);
+}

@@ -1,0 +1,251 @@
+#define _GNU_SOURCE /* getopt_long */
+
+#include "options.h"
+
+#include <getopt.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "option_values.h"
+
+enum {
+    OPTION_SPP = 256,
+    OPTION_TIME,
+    OPTION_THREADS,
+    OPTION_SEED,
+    OPTION_MAX_DEPTH,
+    OPTION_SHIFT,
+    OPTION_SHIFT_COUNT,
+    OPTION_SHIFT_RADIUS,
+    OPTION_SHIFT_KERNEL,
+    OPTION_CROP,
+    OPTION_QUIET,
+    OPTION_STATS,
+    OPTION_VERSION,
+    OPTION_HELP
+};
+
+static const struct option LONG_OPTIONS[] = {
+    {"output", required_argument, NULL, 'o'},
+    {"spp", required_argument, NULL, OPTION_SPP},
+    {"time", required_argument, NULL, OPTION_TIME},
+    {"threads", required_argument, NULL, OPTION_THREADS},
+    {"seed", required_argument, NULL, OPTION_SEED},
+    {"max-depth", required_argument, NULL, OPTION_MAX_DEPTH},
+    {"shift", required_argument, NULL, OPTION_SHIFT},
+    {"shift-count", required_argument, NULL, OPTION_SHIFT_COUNT},
+    {"shift-radius", required_argument, NULL, OPTION_SHIFT_RADIUS},
+    {"shift-kernel", required_argument, NULL, OPTION_SHIFT_KERNEL},
+    {"crop", required_argument, NULL, OPTION_CROP},
+    {"quiet", no_argument, NULL, OPTION_QUIET},
+    {"stats", no_argument, NULL, OPTION_STATS},
+    {"version", no_argument, NULL, OPTION_VERSION},
+    {"help", no_argument, NULL, OPTION_HELP},
+    {NULL, 0, NULL, 0},
+};
+
+static const char HELP[] =
+    "Usage: volgrad-render SCENE.xml -o IMAGE.exr [options]\n"
+    "Renders a scene in Mitsuba 3's XML. Writes IMAGE.exr (linear RGB) and a preview IMAGE.png.\n"
+    "\n"
+    "  -o, --output FILE      the image; its name ends in .exr\n"
+    "      --spp N            paths per pixel (default: the scene's sample_count)\n"
+    "      --time SECONDS     stop after the whole pass that passes this time; with --spp, whichever is first\n"
+    "      --threads N        (default: all processors)\n"
+    "      --seed N           random seed; same seed, same image (default 0)\n"
+    "      --max-depth N      longest path in edges, -1 for no limit (default: the scene's)\n"
+    "      --crop X0,Y0,X1,Y1 render only the pixels X0 <= x < X1, Y0 <= y < Y1\n"
+    "\n"
+    "  Sharing paths between pixels by gradients:\n"
+    "      --shift MODE       none, log_linear, exact or exchangeable (default none)\n"
+    "      --shift-count N    offsets tried per path\n"
+    "      --shift-radius R   of the kernel: in pixels as in 4px, in world units as in 0.1\n"
+    "      --shift-kernel K   disk or ball\n"
+    "\n"
+    "      --quiet            no progress\n"
+    "      --stats            print what was computed, to standard output\n"
+    "      --version\n"
+    "      --help\n"
+    "\n"
+    "Ctrl-C ends the current pass and writes the image; once more quits at once.\n"
+    "Exit status: 0 done, 1 failure, 2 wrong usage or scene, 130 interrupted (the image is written).\n";
+
+void options_print_help(void)
+{
+    fputs(HELP, stdout);
+}
+
+/* ---- one option ---- */
+
+/* Names by value. */
+static const char *const SHIFT_NAMES[] = {
+    [VOLGRAD_SHIFT_NONE] = "none",
+    [VOLGRAD_SHIFT_LOG_LINEAR] = "log_linear",
+    [VOLGRAD_SHIFT_EXACT] = "exact",
+    [VOLGRAD_SHIFT_EXCHANGEABLE] = "exchangeable",
+};
+static const char *const KERNEL_NAMES[] = {[VOLGRAD_KERNEL_DISK] = "disk", [VOLGRAD_KERNEL_BALL] = "ball"};
+enum {
+    SHIFT_NAMES_COUNT = sizeof SHIFT_NAMES / sizeof SHIFT_NAMES[0],
+    KERNEL_NAMES_COUNT = sizeof KERNEL_NAMES / sizeof KERNEL_NAMES[0]
+};
+
+const char *options_shift_name(uint32_t mode)
+{
+    return mode < SHIFT_NAMES_COUNT ? SHIFT_NAMES[mode] : "unknown";
+}
+
+const char *options_kernel_name(uint32_t kernel)
+{
+    return kernel < KERNEL_NAMES_COUNT ? KERNEL_NAMES[kernel] : "unknown";
+}
+
+static int complain(const char *option, const char *value, const char *expected)
+{
+    fprintf(stderr, "volgrad-render: --%s %s: expected %s\n", option, value, expected);
+    return 0;
+}
+
+static int read_max_depth(const char *text, options *out)
+{
+    out->has_max_depth = 1;
+    if (strcmp(text, "-1") == 0) {
+        out->max_depth = 0; /* volgrad's "no limit" */
+        return 1;
+    }
+    return read_whole32(text, 1, INT32_MAX, &out->max_depth);
+}
+
+/* Options that mean nothing without --shift: the last one seen, or NULL. */
+typedef struct {
+    const char *needs_shift;
+} usage;
+
+static int take_shift_option(int option, const char *value, options *out, usage *seen)
+{
+    switch (option) {
+    case OPTION_SHIFT:
+        return read_name(value, SHIFT_NAMES, SHIFT_NAMES_COUNT, &out->shift.mode) ||
+               complain("shift", value, "none, log_linear, exact or exchangeable");
+    case OPTION_SHIFT_COUNT:
+        seen->needs_shift = "--shift-count";
+        return read_whole32(value, 1, UINT16_MAX, &out->shift.count) ||
+               complain("shift-count", value, "a whole number from 1 to 65535");
+    case OPTION_SHIFT_RADIUS:
+        seen->needs_shift = "--shift-radius";
+        return read_radius(value, &out->shift) ||
+               complain("shift-radius", value, "a number > 0 of pixels, as in 4px, or of world units, as in 0.1");
+    default:
+        seen->needs_shift = "--shift-kernel";
+        return read_name(value, KERNEL_NAMES, KERNEL_NAMES_COUNT, &out->shift.kernel) ||
+               complain("shift-kernel", value, "disk or ball");
+    }
+}
+
+static int take_option(int option, const char *value, options *out, usage *seen)
+{
+    uint32_t threads;
+    switch (option) {
+    case 'o':
+        out->output = value;
+        return 1;
+    case OPTION_SPP:
+        return read_whole(value, 1, UINT32_MAX, &out->spp) || complain("spp", value, "a whole number from 1 to 4294967295");
+    case OPTION_TIME:
+        return read_positive(value, "", &out->seconds) || complain("time", value, "a number of seconds > 0");
+    case OPTION_THREADS:
+        if (!read_whole32(value, 1, 4096, &threads)) {
+            return complain("threads", value, "a whole number from 1 to 4096");
+        }
+        out->threads = threads;
+        return 1;
+    case OPTION_SEED:
+        return read_whole(value, 0, UINT64_MAX, &out->seed) || complain("seed", value, "a whole number from 0 to 2^64 - 1");
+    case OPTION_MAX_DEPTH:
+        return read_max_depth(value, out) || complain("max-depth", value, "a whole number from 1 on, or -1 for no limit");
+    case OPTION_CROP:
+        out->has_crop = 1;
+        return read_crop(value, out->crop) || complain("crop", value, "X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1");
+    case OPTION_QUIET:
+        out->quiet = 1;
+        return 1;
+    case OPTION_STATS:
+        out->stats = 1;
+        return 1;
+    default:
+        return take_shift_option(option, value, out, seen);
+    }
+}
+
+/* ---- the line ---- */
+
+static unsigned processors(void)
+{
+    long count = sysconf(_SC_NPROCESSORS_ONLN);
+    return count > 0 ? (unsigned)count : 1;
+}
+
+static int set_defaults(options *out)
+{
+    memset(out, 0, sizeof *out);
+    out->threads = processors();
+    volgrad_status status = volgrad_shift_options_default(&out->shift, sizeof out->shift);
+    if (status != VOLGRAD_OK) {
+        fprintf(stderr, "volgrad-render: shift options: %s\n", volgrad_status_message(status));
+    }
+    out->shift.mode = VOLGRAD_SHIFT_NONE;
+    return status == VOLGRAD_OK;
+}
+
+static int ends_in(const char *text, const char *ending)
+{
+    size_t length = strlen(text), tail = strlen(ending);
+    return length > tail && strcmp(text + length - tail, ending) == 0;
+}
+
+static options_result refuse(const char *subject, const char *problem)
+{
+    fprintf(stderr, "volgrad-render: %s%s\nTry volgrad-render --help.\n", subject, problem);
+    return OPTIONS_ERROR;
+}
+
+/* What only the whole line can tell. */
+static options_result check_line(const options *out, const usage *seen, int scenes)
+{
+    if (scenes != 1) {
+        return refuse("", scenes == 0 ? "no scene given" : "more than one scene given");
+    }
+    if (out->output == NULL) {
+        return refuse("", "no output given: -o IMAGE.exr");
+    }
+    if (!ends_in(out->output, ".exr")) {
+        return refuse(out->output, ": the output's name must end in .exr");
+    }
+    if (seen->needs_shift != NULL && out->shift.mode == VOLGRAD_SHIFT_NONE) {
+        return refuse(seen->needs_shift, " means nothing without --shift log_linear, exact or exchangeable");
+    }
+    return OPTIONS_RUN;
+}
+
+options_result options_parse(int argc, char **argv, options *out)
+{
+    usage seen = {NULL};
+    int option;
+    if (!set_defaults(out)) {
+        return OPTIONS_ERROR;
+    }
+    while ((option = getopt_long(argc, argv, "o:", LONG_OPTIONS, NULL)) != -1) {
+        if (option == OPTION_HELP) {
+            return OPTIONS_HELP;
+        }
+        if (option == OPTION_VERSION) {
+            return OPTIONS_VERSION;
+        }
+        if (option == '?' || !take_option(option, optarg, out, &seen)) {
+            return OPTIONS_ERROR; /* getopt or take_option has said why */
+        }
+    }
+    out->scene = optind < argc ? argv[optind] : NULL;
+    return check_line(out, &seen, argc - optind);
+}

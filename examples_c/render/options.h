@@ -1,0 +1,36 @@
+/* The command line. */
+#ifndef RENDER_OPTIONS_H
+#define RENDER_OPTIONS_H
+
+#include <stdint.h>
+
+#include "volgrad.h"
+
+typedef struct {
+    const char *scene;  /* borrowed from argv, as is `output` */
+    const char *output; /* ends in .exr */
+    uint64_t spp;       /* 0: not given */
+    double seconds;     /* 0: not given */
+    unsigned threads;   /* at least 1 */
+    uint64_t seed;
+    int has_max_depth;
+    uint32_t max_depth; /* 0: no limit */
+    volgrad_shift_options shift;
+    int has_crop;
+    uint32_t crop[4]; /* x0, y0, x1, y1 */
+    int quiet;
+    int stats;
+} options;
+
+typedef enum { OPTIONS_RUN, OPTIONS_HELP, OPTIONS_VERSION, OPTIONS_ERROR } options_result;
+
+/* Reads the command line. On OPTIONS_ERROR the reason has been printed to stderr. */
+options_result options_parse(int argc, char **argv, options *out);
+
+void options_print_help(void);
+
+/* Names as on the command line; "none" for VOLGRAD_SHIFT_NONE. */
+const char *options_shift_name(uint32_t mode);
+const char *options_kernel_name(uint32_t kernel);
+
+#endif

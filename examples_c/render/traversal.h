@@ -1,0 +1,40 @@
+/* One ray on its way through Embree's tree: what happens at each surface that it meets. */
+#ifndef RENDER_TRAVERSAL_H
+#define RENDER_TRAVERSAL_H
+
+#include "crossings.h"
+#include "embree_shim.h"
+#include "scene.h"
+#include "vec3d.h"
+
+/* The context comes first: Embree's callbacks get a pointer to it. Geometry i of the tree is shape i of the scene. */
+typedef struct {
+    embree_context context;
+    const scene *scene;
+    vec3d origin;
+    vec3d direction;
+    double t_min;
+    double t_max;
+    crossing_list crossings; /* null surfaces met so far */
+} traversal;
+
+/* Where a ray meets a shape, in double precision from the shape as it was read. */
+typedef struct {
+    double t;
+    vec3d normal;
+    int leaves; /* the ray goes to the side that the normal points to */
+} surface_point;
+
+/* The point of an opaque shape that Embree's hit stands for. */
+surface_point traversal_hit_point(const traversal *ray, const struct RTCHit *hit);
+
+/* Filter of both query kinds for opaque meshes, which are Embree's triangles. The geometry's user pointer is the shape. */
+void traversal_filter(const struct RTCFilterFunctionNArguments *args);
+
+/* Callbacks for spheres and for null meshes, which are user geometry (sphere.h and triangle.h say why): null surfaces are noted in
+   `crossings` and let the ray pass. The geometry's user pointer is the shape. */
+void traversal_bounds(const struct RTCBoundsFunctionArguments *args);
+void traversal_intersect(const struct RTCIntersectFunctionNArguments *args);
+void traversal_occluded(const struct RTCOccludedFunctionNArguments *args);
+
+#endif

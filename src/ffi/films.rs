@@ -1,0 +1,180 @@
+//! Films: exact sums of splats, in memory of the caller.
+
+use super::pointer::{array, array_mut, exclusive, output, reference};
+use super::scenes::{check_memory, image_size};
+use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
+use super::types::VOLGRAD_ABI_VERSION;
+use crate::film::{Cell, Film};
+use crate::math::{DVec2, Rgb};
+use core::ffi::c_void;
+use core::mem::size_of;
+use core::slice;
+
+/// A film. It holds no pointer, so its memory may be copied, moved and stored.
+#[repr(C, align(16))]
+pub struct volgrad_film {
+    stamp: u64,
+    width: u32,
+    height: u32,
+    dropped: u64,
+    reserved: u64,
+}
+
+const STAMP: u64 = 0x766f_6c66_696c_6d00 | VOLGRAD_ABI_VERSION as u64;
+
+/// Light for one pixel.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct volgrad_splat {
+    /// Image point, pixels: pixel (i, j) covers i <= x < i + 1, j <= y < j + 1.
+    pub x: f32,
+    pub y: f32,
+    /// May be negative.
+    pub value: Rgb,
+}
+
+impl volgrad_film {
+    /// # Safety
+    /// The film was initialised, so that its cells follow it.
+    unsafe fn open(&mut self) -> Result<Film<'_>, Fault> {
+        if self.stamp != STAMP {
+            return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
+        }
+        let count = image_size(self.width, self.height)?;
+        // SAFETY: the stamp says that volgrad_film_init checked room for this many cells and cleared them.
+        let cells = unsafe { slice::from_raw_parts_mut((&raw mut *self).add(1).cast::<Cell>(), count) };
+        Ok(Film { width: self.width, height: self.height, cells, dropped: &mut self.dropped })
+    }
+}
+
+/// # Safety
+/// As for `exclusive`; the film was initialised.
+pub(super) unsafe fn film<'a>(pointer: *mut volgrad_film) -> Result<Film<'a>, Fault> {
+    // SAFETY: the caller's promise.
+    unsafe { exclusive(pointer)?.open() }
+}
+
+/// The cells of a film that is only read.
+///
+/// # Safety
+/// As for `reference`; the film was initialised.
+unsafe fn cells<'a>(pointer: *const volgrad_film) -> Result<(&'a volgrad_film, &'a [Cell]), Fault> {
+    // SAFETY: the caller's promise; the stamp says that the cells follow.
+    let object = unsafe { reference(pointer) }?;
+    if object.stamp != STAMP {
+        return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
+    }
+    let count = image_size(object.width, object.height)?;
+    Ok((object, unsafe { slice::from_raw_parts(pointer.add(1).cast::<Cell>(), count) }))
+}
+
+fn bytes_of(width: u32, height: u32) -> Result<usize, Fault> {
+    let cells = image_size(width, height)?.checked_mul(size_of::<Cell>());
+    cells.and_then(|bytes| bytes.checked_add(size_of::<volgrad_film>())).ok_or(VOLGRAD_ERROR_RANGE.into())
+}
+
+/// Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_film_size(width: u32, height: u32, bytes: *mut usize) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let write = unsafe { output(bytes) }?;
+        write(bytes_of(width, height)?);
+        Ok(())
+    })())
+}
+
+/// Makes an empty film in `memory`: `bytes` as from `volgrad_film_size`, aligned to 16. There is nothing else to free.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_film_init(
+    memory: *mut c_void,
+    bytes: usize,
+    width: u32,
+    height: u32,
+    film: *mut *mut volgrad_film,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let write = unsafe { output(film) }?;
+        let needed = bytes_of(width, height)?;
+        check_memory(memory, bytes, needed)?;
+        let object = memory.cast::<volgrad_film>();
+        // SAFETY: the memory is aligned to 16 and holds `needed` bytes; zeros are empty cells.
+        unsafe {
+            memory.cast::<u8>().write_bytes(0, needed);
+            object.write(volgrad_film { stamp: STAMP, width, height, dropped: 0, reserved: 0 });
+        }
+        write(object);
+        Ok(())
+    })())
+}
+
+/// Adds `count` splats to the pixels that contain them. Those that are not finite, beyond 1e9 or off the film are dropped and counted.
+/// Sums are exact, in steps of 2^-64: their order does not matter.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_film_add(film: *mut volgrad_film, splats: *const volgrad_splat, count: usize) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let (mut film, splats) = unsafe { (self::film(film)?, array(splats, count)?) };
+        for splat in splats {
+            film.add(DVec2::new(splat.x.into(), splat.y.into()), splat.value.wide());
+        }
+        Ok(())
+    })())
+}
+
+/// Adds all of `from` to `into`, exactly. Both have the same size and are two films.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_film_merge(into: *mut volgrad_film, from: *const volgrad_film) -> volgrad_status {
+    finish((|| {
+        if core::ptr::eq(into, from) {
+            return Err(VOLGRAD_ERROR_RANGE.into());
+        }
+        // SAFETY: the header's contract; the films are not the same.
+        let ((source, cells), mut target) = unsafe { (self::cells(from)?, self::film(into)?) };
+        if (source.width, source.height) != (target.width, target.height) {
+            return Err(VOLGRAD_ERROR_SIZE_MISMATCH.into());
+        }
+        target.merge(cells, source.dropped);
+        Ok(())
+    })())
+}
+
+/// Writes the sums times `scale` as linear RGB, 3 floats per pixel, row by row from the top; `count` >= 3 * width * height floats.
+/// For a path sampler `scale` is 1/passes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_film_develop(
+    film: *const volgrad_film,
+    scale: f64,
+    rgb: *mut f32,
+    count: usize,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let (_, cells) = unsafe { self::cells(film) }?;
+        if !scale.is_finite() {
+            return Err(VOLGRAD_ERROR_NOT_FINITE.into());
+        }
+        if count < 3 * cells.len() {
+            return Err(VOLGRAD_ERROR_TOO_SMALL.into());
+        }
+        // SAFETY: the header's contract.
+        let rgb = unsafe { array_mut(rgb, count) }?;
+        for (pixel, cell) in rgb.chunks_exact_mut(3).zip(cells) {
+            let Rgb { r, g, b } = (cell.value() * scale).into();
+            pixel.copy_from_slice(&[r, g, b]);
+        }
+        Ok(())
+    })())
+}
+
+/// Number of splats that were dropped (see `volgrad_film_add`).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_film_dropped(film: *const volgrad_film, dropped: *mut u64) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let ((film, _), write) = unsafe { (self::cells(film)?, output(dropped)?) };
+        write(film.dropped);
+        Ok(())
+    })())
+}

@@ -1,0 +1,195 @@
+//! The path sampler, and the host's ray queries as the core sees them.
+
+use super::films::{film, volgrad_film};
+use super::pointer::{exclusive, sized, write_sized};
+use super::scenes::{scene, volgrad_scene};
+use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
+use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
+use super::types::{volgrad_queries, volgrad_query_fn};
+use crate::sampler::{Options, PathTracer, Stats};
+use crate::scene::{Hit, Queries, Ray, Stop};
+use core::ptr::null_mut;
+
+/// The host's callbacks.
+pub(super) struct HostQueries(volgrad_queries);
+
+impl HostQueries {
+    /// For modes that ask nothing.
+    pub const UNUSED: Self = Self(volgrad_queries {
+        struct_size: 0,
+        reserved: 0,
+        user: null_mut(),
+        intersect: None,
+        occluded: None,
+    });
+
+    /// # Safety
+    /// As the header says of the callbacks.
+    pub unsafe fn read(pointer: *const volgrad_queries) -> Result<Self, Fault> {
+        // SAFETY: the caller's promise.
+        let queries = unsafe { sized(pointer, Self::UNUSED.0) }?;
+        if queries.intersect.is_none() || queries.occluded.is_none() {
+            return Err(VOLGRAD_ERROR_NULL.at(c"queries.intersect, queries.occluded", 0));
+        }
+        Ok(Self(queries))
+    }
+
+    fn ask(&self, query: volgrad_query_fn, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop> {
+        let Some(query) = query else { return Err(Stop::InvalidHit) };
+        let count = rays.len().min(hits.len());
+        // SAFETY: both arrays hold `count` values; the rest is the header's contract.
+        match unsafe { query(self.0.user, rays.as_ptr(), hits.as_mut_ptr(), count as u32) } {
+            0 => Ok(()),
+            code => Err(Stop::Callback(code)),
+        }
+    }
+}
+
+impl Queries for HostQueries {
+    fn intersect(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop> {
+        self.ask(self.0.intersect, rays, hits)
+    }
+
+    fn occluded(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop> {
+        self.ask(self.0.occluded, rays, hits)
+    }
+}
+
+/// Settings of the path sampler.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct volgrad_path_sampler_options {
+    /// `sizeof(volgrad_path_sampler_options)` of the caller.
+    pub struct_size: u32,
+    /// Most edges of a path: 1 is only directly visible emission, 2 adds single scattering; 0 is no limit.
+    pub max_depth: u32,
+    /// Vertices before Russian roulette begins.
+    pub rr_depth: u32,
+    pub reserved: u32,
+    pub seed: u64,
+    /// Batches for paths that begin in a medium. Its struct_size is that of this library's version.
+    pub shift: volgrad_shift_options,
+}
+
+const DEFAULTS: volgrad_path_sampler_options = volgrad_path_sampler_options {
+    struct_size: size_of::<volgrad_path_sampler_options>() as u32,
+    max_depth: 0,
+    rr_depth: 5,
+    reserved: 0,
+    seed: 0,
+    shift: SHIFT_DEFAULTS,
+};
+
+/// Counts of what was done; each call adds to them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct volgrad_path_sampler_stats {
+    /// `sizeof(volgrad_path_sampler_stats)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    pub paths: u64,
+    /// Rays of `intersect` and of `occluded`.
+    pub rays: u64,
+    pub occlusion_rays: u64,
+    /// Paths that got a batch.
+    pub shifted_paths: u64,
+    /// Offsets tried, counted per edge (to a light, to the next vertex) that they change.
+    pub shifts: u64,
+    /// Those that light does not reach, or that stayed for another reason.
+    pub stays: u64,
+    /// Rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`; what they would have carried is missing.
+    pub overflows: u64,
+}
+
+const NO_STATS: volgrad_path_sampler_stats = volgrad_path_sampler_stats {
+    struct_size: 0,
+    reserved: 0,
+    paths: 0,
+    rays: 0,
+    occlusion_rays: 0,
+    shifted_paths: 0,
+    shifts: 0,
+    stays: 0,
+    overflows: 0,
+};
+
+/// Fills options with their defaults: no depth limit, roulette from vertex 5 on, no shifts. `struct_size`: `sizeof *options` of the caller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_path_sampler_options_default(
+    options: *mut volgrad_path_sampler_options,
+    struct_size: usize,
+) -> volgrad_status {
+    // SAFETY: the header's contract.
+    finish(unsafe { write_sized(options, struct_size, DEFAULTS) }.map_err(Into::into))
+}
+
+/// Traces one path through each of `pixel_count` pixels from `first_pixel` on (numbered row by row within the camera's crop) for pass
+/// number `pass`, and adds its splats, shifted ones included, to `film`, which has the camera's size.
+///
+/// What a pass adds depends on (scene, options, pass, pixels) only. The image is `volgrad_film_develop` with scale 1/passes, once every
+/// pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.
+/// `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or `VOLGRAD_ERROR_INVALID_HIT` the film and stats hold what was done before.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_path_sampler_run(
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    options: *const volgrad_path_sampler_options,
+    pass: u64,
+    first_pixel: u32,
+    pixel_count: u32,
+    film: *mut volgrad_film,
+    stats: *mut volgrad_path_sampler_stats,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
+        let options = self::options(&unsafe { sized(options, DEFAULTS) }?)?;
+        let counted = if stats.is_null() { NO_STATS } else { unsafe { sized(stats, NO_STATS) }? };
+        let mut film = unsafe { self::film(film) }?;
+        let camera = &scene.camera;
+        if (film.width, film.height) != (camera.width, camera.height) {
+            return Err(VOLGRAD_ERROR_SIZE_MISMATCH.into());
+        }
+        let [x0, y0, x1, y1] = camera.crop;
+        let pixels = (x1 - x0) * (y1 - y0);
+        let end = first_pixel.checked_add(pixel_count).filter(|end| *end <= pixels);
+        let end = end.ok_or(VOLGRAD_ERROR_RANGE.at(c"first_pixel, pixel_count", 0))?;
+        let tracer = PathTracer { scene, queries: &queries, options };
+        let mut done = Stats::default();
+        let result = (first_pixel..end).try_for_each(|pixel| tracer.sample_pixel(pass, pixel, &mut film, &mut done));
+        if !stats.is_null() {
+            unsafe { add_stats(stats, counted, &done) }?;
+        }
+        Ok(result?)
+    })())
+}
+
+/// # Safety
+/// `pointer` is the caller's struct, whose known part is `before`.
+unsafe fn add_stats(
+    pointer: *mut volgrad_path_sampler_stats,
+    before: volgrad_path_sampler_stats,
+    done: &Stats,
+) -> Result<(), Fault> {
+    let sum = volgrad_path_sampler_stats {
+        paths: before.paths + done.paths,
+        rays: before.rays + done.rays,
+        occlusion_rays: before.occlusion_rays + done.occlusion_rays,
+        shifted_paths: before.shifted_paths + done.shifted_paths,
+        shifts: before.shifts + done.shifts,
+        stays: before.stays + done.stays,
+        overflows: before.overflows + done.overflows,
+        ..before
+    };
+    // SAFETY: the caller's promise.
+    unsafe { write_sized(exclusive(pointer)?, before.struct_size as usize, sum) }?;
+    Ok(())
+}
+
+fn options(o: &volgrad_path_sampler_options) -> Result<Options, Fault> {
+    if o.shift.struct_size as usize != size_of::<volgrad_shift_options>() {
+        return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
+    }
+    let max_depth = if o.max_depth == 0 { u32::MAX } else { o.max_depth };
+    Ok(Options { max_depth, rr_depth: o.rr_depth, seed: o.seed, shift: shift_options(&o.shift)? })
+}

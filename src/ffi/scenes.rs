@@ -1,0 +1,267 @@
+//! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
+
+use super::convert::{self, MAX_IMAGE_SIDE};
+use super::pointer::{array, output, reference, sized, write_sized};
+use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
+use super::types::*;
+use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
+use crate::scene::{Bsdf, Light, Lights, Scene};
+use core::ffi::c_void;
+use core::mem::{align_of, size_of};
+use core::ptr::null;
+use core::slice;
+
+/// A scene without its geometry. Lives in memory of the caller; must not be moved.
+pub struct volgrad_scene {
+    /// Tells a scene from other memory.
+    stamp: u64,
+    scene: Scene<'static>,
+}
+
+const STAMP: u64 = 0x766f_6c67_7261_6400 | VOLGRAD_ABI_VERSION as u64;
+
+/// Alignment of all memory for objects.
+pub(super) const ALIGNMENT: usize = 16;
+
+/// The scene behind a pointer.
+///
+/// # Safety
+/// As for `reference`.
+pub(super) unsafe fn scene<'a>(pointer: *const volgrad_scene) -> Result<&'a Scene<'static>, Fault> {
+    // SAFETY: the caller's promise.
+    let object = unsafe { reference(pointer) }?;
+    if object.stamp == STAMP { Ok(&object.scene) } else { Err(VOLGRAD_ERROR_NOT_INITIALISED.into()) }
+}
+
+/// A description and its arrays.
+struct Description<'a> {
+    camera: volgrad_camera,
+    media: &'a [volgrad_medium],
+    materials: &'a [volgrad_material],
+    lights: &'a [volgrad_light],
+}
+
+const NO_DESCRIPTION: volgrad_scene_desc = volgrad_scene_desc {
+    struct_size: 0,
+    media_count: 0,
+    material_count: 0,
+    light_count: 0,
+    // SAFETY: all zeros are valid numbers.
+    camera: unsafe { core::mem::zeroed() },
+    media: null(),
+    materials: null(),
+    lights: null(),
+};
+
+impl<'a> Description<'a> {
+    /// # Safety
+    /// `pointer` and the arrays in it are as the header says.
+    unsafe fn read(pointer: *const volgrad_scene_desc) -> Result<Self, Fault> {
+        // SAFETY: the caller's promise, here and below.
+        let desc = unsafe { sized(pointer, NO_DESCRIPTION) }?;
+        Ok(Self {
+            camera: desc.camera,
+            media: unsafe { array(desc.media, desc.media_count as usize) }.map_err(|s| s.at(c"media", 0))?,
+            materials: unsafe { array(desc.materials, desc.material_count as usize) }
+                .map_err(|s| s.at(c"materials", 0))?,
+            lights: unsafe { array(desc.lights, desc.light_count as usize) }.map_err(|s| s.at(c"lights", 0))?,
+        })
+    }
+
+    fn brick_count(&self) -> Result<usize, Fault> {
+        let grids = self.media.iter().enumerate().filter(|(_, m)| m.kind == VOLGRAD_MEDIUM_GRID);
+        grids.map(|(i, m)| Ok(bricks_of(convert::grid_size(m, i)?.1))).sum()
+    }
+
+    fn layout(&self) -> Result<Layout, Fault> {
+        let mut layout = Layout { bytes: size_of::<volgrad_scene>() };
+        let sections = [
+            (size_of::<Medium>(), self.media.len()),
+            (size_of::<Bsdf>(), self.materials.len()),
+            (size_of::<Light>(), self.lights.len()),
+            (size_of::<f64>(), self.lights.len()),
+            (size_of::<Brick>(), self.brick_count()?),
+        ];
+        for (size, count) in sections {
+            layout.section(size, count).ok_or(VOLGRAD_ERROR_RANGE)?;
+        }
+        Ok(layout)
+    }
+}
+
+fn bricks_of(size: [i32; 3]) -> usize {
+    brick_counts(size).iter().map(|n| *n as usize).product()
+}
+
+/// Adds up sections of memory, each aligned.
+struct Layout {
+    bytes: usize,
+}
+
+impl Layout {
+    /// Where the next section of `count` values starts.
+    fn section(&mut self, size: usize, count: usize) -> Option<usize> {
+        let start = self.bytes.checked_next_multiple_of(ALIGNMENT)?;
+        self.bytes = start.checked_add(size.checked_mul(count)?)?;
+        Some(start)
+    }
+}
+
+/// Memory that a scene of this description needs. Reads the counts and grid sizes only.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, bytes: *mut usize) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let (desc, write) = unsafe { (Description::read(desc)?, output(bytes)?) };
+        write(desc.layout()?.bytes);
+        Ok(())
+    })())
+}
+
+/// Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
+/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids are borrowed as long.
+/// The bounds of every grid are computed here, so this reads all densities once.
+/// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_scene_init(
+    memory: *mut c_void,
+    bytes: usize,
+    desc: *const volgrad_scene_desc,
+    scene: *mut *const volgrad_scene,
+    error: *mut volgrad_error,
+) -> volgrad_status {
+    // SAFETY: the header's contract.
+    let result = (|| unsafe {
+        let write = output(scene)?;
+        let desc = Description::read(desc)?;
+        check_memory(memory, bytes, desc.layout()?.bytes)?;
+        write(build(memory.cast(), &desc)?);
+        Ok(())
+    })();
+    if let Err(fault) = &result {
+        // SAFETY: the header's contract.
+        unsafe { report(error, fault) };
+    }
+    finish(result)
+}
+
+pub(super) fn check_memory(memory: *mut c_void, bytes: usize, needed: usize) -> Result<(), Fault> {
+    if memory.is_null() {
+        return Err(VOLGRAD_ERROR_NULL.at(c"memory", 0));
+    }
+    if memory.align_offset(ALIGNMENT) != 0 {
+        return Err(VOLGRAD_ERROR_MISALIGNED.at(c"memory", 0));
+    }
+    if bytes < needed { Err(VOLGRAD_ERROR_TOO_SMALL.at(c"bytes", 0)) } else { Ok(()) }
+}
+
+/// # Safety
+/// `error` is NULL or points to a volgrad_error with its size.
+pub(super) unsafe fn report(error: *mut volgrad_error, fault: &Fault) {
+    let value = volgrad_error { struct_size: 0, index: fault.index, field: fault.field.map_or(null(), |f| f.as_ptr()) };
+    // SAFETY: the caller's promise. A bad struct_size leaves the struct alone; there is nothing better to do.
+    unsafe {
+        if let Ok(size) = reference(error.cast::<u32>()).map(|size| *size as usize) {
+            let _ = write_sized(error, size, value);
+        }
+    }
+}
+
+/// A section of the caller's memory, filled value by value.
+///
+/// # Safety
+/// `memory` holds what `layout` counts, aligned to ALIGNMENT, and is free to write.
+unsafe fn fill<T>(
+    memory: *mut u8,
+    layout: &mut Layout,
+    count: usize,
+    mut value: impl FnMut(usize) -> Result<T, Fault>,
+) -> Result<&'static mut [T], Fault> {
+    const { assert!(align_of::<T>() <= ALIGNMENT) };
+    let start = layout.section(size_of::<T>(), count).ok_or(VOLGRAD_ERROR_RANGE)?;
+    // SAFETY: the section lies within the memory, which `Description::layout` sized by the same sections.
+    let section = unsafe { memory.add(start) }.cast::<T>();
+    for i in 0..count {
+        // SAFETY: as above.
+        unsafe { section.add(i).write(value(i)?) };
+    }
+    // SAFETY: all `count` values were written just now.
+    Ok(unsafe { slice::from_raw_parts_mut(section, count) })
+}
+
+/// # Safety
+/// `memory` was checked for `desc.layout()`; the grids in `desc` are as the header says.
+unsafe fn build(memory: *mut u8, desc: &Description) -> Result<*const volgrad_scene, Fault> {
+    let mut layout = Layout { bytes: size_of::<volgrad_scene>() };
+    let camera = convert::camera(&desc.camera, desc.media.len() as u32)?;
+    // The bricks come last in memory, but the media point to them.
+    let mut bricks_at = Layout { bytes: layout.bytes };
+    bricks_at.section(size_of::<Medium>(), desc.media.len()).ok_or(VOLGRAD_ERROR_RANGE)?;
+    bricks_at.section(size_of::<Bsdf>(), desc.materials.len()).ok_or(VOLGRAD_ERROR_RANGE)?;
+    bricks_at.section(size_of::<Light>(), desc.lights.len()).ok_or(VOLGRAD_ERROR_RANGE)?;
+    bricks_at.section(size_of::<f64>(), desc.lights.len()).ok_or(VOLGRAD_ERROR_RANGE)?;
+    // SAFETY: the caller's promise, here and below.
+    let mut bricks = unsafe { fill(memory, &mut bricks_at, desc.brick_count()?, |_| Ok(Brick::default()))? };
+    let media = unsafe { fill(memory, &mut layout, desc.media.len(), |i| medium(&desc.media[i], i, &mut bricks))? };
+    let materials =
+        unsafe { fill(memory, &mut layout, desc.materials.len(), |i| convert::material(&desc.materials[i], i))? };
+    let lights = unsafe { fill(memory, &mut layout, desc.lights.len(), |i| convert::light(&desc.lights[i], i))? };
+    let cdf = unsafe {
+        fill(memory, &mut layout, desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))?
+    };
+    accumulate(cdf);
+    let mut environments = (0u32..).zip(lights.iter()).filter(|(_, l)| matches!(l, Light::Environment { .. }));
+    let environment = environments.next().map(|(i, _)| i);
+    if let Some((i, _)) = environments.next() {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"lights.kind", i as usize));
+    }
+    let lights = Lights { lights, cdf, environment };
+    let object = memory.cast::<volgrad_scene>();
+    // SAFETY: the memory is aligned to 16 and begins with room for the object.
+    unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { camera, media, materials, lights } }) };
+    Ok(object)
+}
+
+/// Weights to running sums of probabilities. Without any weight nothing is ever picked.
+fn accumulate(weights: &mut [f64]) {
+    let total: f64 = weights.iter().sum();
+    let mut sum = 0.0;
+    for weight in weights.iter_mut() {
+        sum += *weight;
+        *weight = if total > 0.0 { sum / total } else { 0.0 };
+    }
+}
+
+fn medium(m: &volgrad_medium, i: usize, bricks: &mut &'static mut [Brick]) -> Result<Medium<'static>, Fault> {
+    let (sigma_t, albedo, phase) = convert::medium(m, i)?;
+    let density = match m.kind {
+        VOLGRAD_MEDIUM_HOMOGENEOUS => Density::Homogeneous,
+        VOLGRAD_MEDIUM_GRID => Density::Grid(grid(m, i, bricks)?),
+        _ => return Err(VOLGRAD_ERROR_KIND.at(c"media.kind", i)),
+    };
+    Ok(Medium { sigma_t, albedo, phase, density })
+}
+
+fn grid(m: &volgrad_medium, i: usize, bricks: &mut &'static mut [Brick]) -> Result<Grid<'static>, Fault> {
+    let (samples, size) = convert::grid_size(m, i)?;
+    // SAFETY: the header's contract: the grid outlives the scene.
+    let density = unsafe { array(m.density, samples) }.map_err(|s| s.at(c"media.density", i))?;
+    if density.iter().any(|value| !value.is_finite()) {
+        return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"media.density", i));
+    }
+    if density.iter().any(|value| *value < 0.0) {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"media.density", i));
+    }
+    let Some((own, others)) = core::mem::take(bricks).split_at_mut_checked(bricks_of(size)) else {
+        return Err(VOLGRAD_ERROR_INTERNAL.into());
+    };
+    *bricks = others;
+    build_bricks(density, size, own);
+    let transform = convert::grid_transform(m, i)?;
+    Grid::new(density, size, transform, own).ok_or(VOLGRAD_ERROR_RANGE.at(c"media.nx, media.ny, media.nz", i))
+}
+
+pub(super) fn image_size(width: u32, height: u32) -> Result<usize, Fault> {
+    let ok = |n: u32| (1..=MAX_IMAGE_SIDE).contains(&n);
+    if ok(width) && ok(height) { Ok(width as usize * height as usize) } else { Err(VOLGRAD_ERROR_RANGE.into()) }
+}

@@ -1,0 +1,237 @@
+//! The reference's worlds, edges and paths as a host hands them to the library.
+//!
+//! Positions, directions, normals and densities cross that boundary in single precision. [`rounded_world`] and [`rounded_path`]
+//! round the reference's own numbers first, so that both sides compute from the same ones. What cannot be made equal are the
+//! ends and normals of segments, which the reference computes anew in double precision.
+
+use crate::reference::{
+    camera::Camera as ReferenceCamera,
+    grid::Grid as ReferenceGrid,
+    medium::{Density as ReferenceDensity, Medium as ReferenceMedium},
+    path::{Path as ReferencePath, Vertex as ReferenceVertex},
+    phase::Phase as ReferencePhase,
+    segments::Edge,
+    vector as reference_vector,
+    world::World,
+};
+use volgrad::math::{DAffine3, DMat3, DVec3, Vec3, orthonormal_basis};
+use volgrad::medium::{Brick, Density, EdgeMoments, Grid, Line, Medium, NONE, Segment, brick_counts, build_bricks};
+use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};
+use volgrad::phase::Phase;
+use volgrad::scene::{Bsdf, Camera, Light, Lights, Scene};
+
+pub fn vec(v: reference_vector::Vec3) -> DVec3 {
+    DVec3::from_array(v)
+}
+
+fn single(v: reference_vector::Vec3) -> Vec3 {
+    vec(v).into()
+}
+
+fn rounded(v: reference_vector::Vec3) -> reference_vector::Vec3 {
+    v.map(|x| f64::from(x as f32))
+}
+
+/// The world with the camera's position and all densities in single precision.
+pub fn rounded_world(world: &World) -> World {
+    let mut world = world.clone();
+    world.camera.position = rounded(world.camera.position);
+    for medium in &mut world.media {
+        if let ReferenceDensity::Grid(grid) = &mut medium.density {
+            grid.samples = grid.samples.iter().map(|&sample| f64::from(sample as f32)).collect();
+        }
+    }
+    world
+}
+
+/// The path with all positions, normals and directions in single precision.
+pub fn rounded_path(path: &ReferencePath) -> ReferencePath {
+    let mut path = path.clone();
+    for vertex in &mut path.vertices {
+        match vertex {
+            ReferenceVertex::Camera => {}
+            ReferenceVertex::Medium { position, .. } | ReferenceVertex::PointLight { position, .. } => {
+                *position = rounded(*position);
+            }
+            ReferenceVertex::Diffuse { position, normal, .. } | ReferenceVertex::AreaLight { position, normal, .. } => {
+                (*position, *normal) = (rounded(*position), rounded(*normal));
+            }
+            ReferenceVertex::Environment { direction, .. } | ReferenceVertex::Directional { direction, .. } => {
+                *direction = rounded(*direction);
+            }
+        }
+    }
+    path
+}
+
+pub fn phase(phase: ReferencePhase) -> Phase {
+    match phase {
+        ReferencePhase::Isotropic => Phase::ISOTROPIC,
+        ReferencePhase::HenyeyGreenstein { g } => Phase { g },
+    }
+}
+
+/// A square image of the reference camera's area.
+pub fn camera(camera: &ReferenceCamera) -> Camera {
+    Camera {
+        position: vec(camera.position),
+        forward: vec(camera.forward),
+        right: vec(camera.right),
+        up: vec(camera.up),
+        tan_half_fov_x: 0.5 * camera.image_area.sqrt(),
+        width: 64,
+        height: 64,
+        crop: [0, 0, 64, 64],
+        near_clip: camera.near,
+        medium: NONE,
+    }
+}
+
+/// Does a grid come with its bricks?
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bricks {
+    Built,
+    Left,
+}
+
+/// A medium and the memory that the library borrows from its host.
+pub struct HostMedium {
+    source: ReferenceMedium,
+    samples: Vec<f32>,
+    bricks: Vec<Brick>,
+}
+
+impl HostMedium {
+    pub fn new(source: &ReferenceMedium, bricks: Bricks) -> Self {
+        let mut host = Self { source: source.clone(), samples: Vec::new(), bricks: Vec::new() };
+        if let ReferenceDensity::Grid(grid) = &source.density {
+            let size = grid.resolution.map(|n| n as i32);
+            host.samples = grid.samples.iter().map(|&sample| sample as f32).collect();
+            if bricks == Bricks::Built {
+                host.bricks = vec![Brick::default(); brick_counts(size).iter().product::<i32>() as usize];
+                build_bricks(&host.samples, size, &mut host.bricks);
+            }
+        }
+        host
+    }
+
+    pub fn view(&self) -> Medium<'_> {
+        Medium {
+            sigma_t: vec(self.source.sigma_t),
+            albedo: vec(self.source.albedo),
+            phase: phase(self.source.phase),
+            density: match &self.source.density {
+                ReferenceDensity::Constant => Density::Homogeneous,
+                ReferenceDensity::Grid(grid) => Density::Grid(self.grid(grid)),
+            },
+        }
+    }
+
+    fn grid(&self, grid: &ReferenceGrid) -> Grid<'_> {
+        let [x, y, z] = grid.to_world.columns.map(vec);
+        let local_to_world = DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: vec(grid.to_world.origin) };
+        Grid::new(&self.samples, grid.resolution.map(|n| n as i32), local_to_world, &self.bricks).expect("the counts fit")
+    }
+}
+
+/// All media of a world.
+pub fn host_media(world: &World, bricks: Bricks) -> Vec<HostMedium> {
+    world.media.iter().map(|medium| HostMedium::new(medium, bricks)).collect()
+}
+
+/// The segments of an edge, measured from its origin. A camera's edge starts with the vacuum before its near plane.
+pub fn segments(world: &World, edge: &Edge) -> Vec<Segment> {
+    let convert = |segment: &crate::reference::segments::Segment| Segment {
+        end: segment.end as f32,
+        medium: segment.medium.map_or(NONE, |medium| medium as u32),
+        normal: segment.face_normal.map_or(Vec3::default(), |n| vec(n).normalize().into()),
+    };
+    world.segments(edge).iter().map(convert).collect()
+}
+
+/// What covers a line in medium 0 from end to end.
+pub const ONE_SEGMENT: [Segment; 1] = [Segment { end: f32::INFINITY, medium: 0, normal: Vec3 { x: 0.0, y: 0.0, z: 0.0 } }];
+
+pub fn line<'a>(edge: &Edge, media: &'a [Medium<'a>], segments: &'a [Segment]) -> Line<'a> {
+    Line {
+        media,
+        origin: vec(edge.origin),
+        direction: vec(edge.direction),
+        start: 0.0,
+        start_normal: DVec3::ZERO,
+        length: edge.length,
+        segments,
+    }
+}
+
+/// ∇τ with respect to the near and the far end of a line.
+pub fn gradients(moments: &EdgeMoments, line: &Line) -> [[DVec3; 3]; 2] {
+    [moments.near_gradient(line.direction, line.length), moments.far_gradient(line.direction, line.length)]
+}
+
+/// A path and what its vertices refer to.
+#[derive(Default)]
+struct HostPath {
+    vertices: Vec<Vertex>,
+    segments: Vec<Segment>,
+    edge_ends: Vec<u32>,
+    materials: Vec<Bsdf>,
+    lights: Vec<Light>,
+}
+
+impl HostPath {
+    fn new(world: &World, path: &ReferencePath) -> Self {
+        let mut host = Self::default();
+        for vertex in &path.vertices {
+            let vertex = host.vertex(world, vertex);
+            host.vertices.push(vertex);
+        }
+        for i in 0..path.edge_count() {
+            host.segments.extend(segments(world, &path.edge(world, i)));
+            host.edge_ends.push(host.segments.len() as u32);
+        }
+        host
+    }
+
+    /// The vertex, after its material or light has been added to the lists.
+    fn vertex(&mut self, world: &World, vertex: &ReferenceVertex) -> Vertex {
+        let at = |kind, position| Vertex { kind, position: single(position), ..Vertex::default() };
+        let facing = |vertex: Vertex, normal| Vertex { normal: single(normal), shading_normal: single(normal), ..vertex };
+        match *vertex {
+            ReferenceVertex::Camera => at(VERTEX_CAMERA, world.camera.position),
+            ReferenceVertex::Medium { position, medium } => Vertex { index: medium as u32, ..at(VERTEX_MEDIUM, position) },
+            ReferenceVertex::Diffuse { position, normal, albedo } => {
+                self.materials.push(Bsdf::Diffuse { albedo: vec(albedo) });
+                let index = self.materials.len() as u32 - 1;
+                facing(Vertex { index, ..at(VERTEX_SURFACE, position) }, normal)
+            }
+            ReferenceVertex::AreaLight { position, normal, radiance } => {
+                let (edge_u, edge_v) = orthonormal_basis(vec(normal));
+                self.lights.push(Light::Parallelogram { corner: vec(position), edge_u, edge_v, radiance: vec(radiance) });
+                facing(at(VERTEX_LIGHT, position), normal)
+            }
+            ReferenceVertex::PointLight { position, intensity } => {
+                self.lights.push(Light::Point { position: vec(position), intensity: vec(intensity) });
+                at(VERTEX_LIGHT, position)
+            }
+            ReferenceVertex::Environment { direction, radiance } => {
+                self.lights.push(Light::Environment { radiance: vec(radiance) });
+                at(VERTEX_LIGHT, direction)
+            }
+            ReferenceVertex::Directional { direction, irradiance } => {
+                self.lights.push(Light::Directional { direction: -vec(direction), irradiance: vec(irradiance) });
+                at(VERTEX_LIGHT, direction)
+            }
+        }
+    }
+}
+
+/// Calls `visit` with the library's view of a path. World and path are rounded already.
+pub fn with_path<R>(world: &World, path: &ReferencePath, bricks: Bricks, visit: impl FnOnce(&Scene, &Path) -> R) -> R {
+    let host_media = host_media(world, bricks);
+    let media: Vec<Medium> = host_media.iter().map(HostMedium::view).collect();
+    let HostPath { vertices, segments, edge_ends, materials, lights } = HostPath::new(world, path);
+    let lights = Lights { lights: &lights, cdf: &[1.0], environment: None };
+    let scene = Scene { camera: camera(&world.camera), media: &media, materials: &materials, lights };
+    visit(&scene, &Path { vertices: &vertices, segments: &segments, edge_ends: &edge_ends })
+}

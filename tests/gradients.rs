@@ -1,0 +1,214 @@
+//! Contributions and their gradients against the reference: random worlds, random paths, factor by factor and in total.
+//!
+//! The reference has no occluders, and its medium vertices keep away from faces and from the walls between cells, where gradients
+//! jump. What is left between the two are single-precision ends and normals of segments: 4e-7 of f, 7e-8 of Σ|factor gradients|.
+
+mod common;
+mod reference;
+
+use common::{assert_below, host::*, media::sparse_grid};
+use rand_pcg::Pcg64;
+use reference::{
+    contribution::contribution,
+    factors::{FACTOR_NAMES, Factors},
+    gradient::log_gradient,
+    medium::Density,
+    path::{Path as ReferencePath, Vertex},
+    phase::Phase,
+    random::generator,
+    random_paths::{PATTERNS, random_path},
+    scenes::{scenes, sheared},
+    selftest::{Worst, for_each_vertex, neighbour_kinds},
+    vector::*,
+    world::World,
+};
+use volgrad::math::{Colour, DVec3};
+use volgrad::path::{self, LogGradient, Path, PathErrorKind, path_log_gradient};
+use volgrad::scene::{Bsdf, Light, Lights, Scene};
+
+/// Relative, of f and each factor.
+const CONTRIBUTION_TOLERANCE: f64 = 2e-6;
+/// Relative to Σ|factor gradients|.
+const GRADIENT_TOLERANCE: f64 = 1e-6;
+const SEED: u64 = 11;
+
+/// The largest relative error of a channel.
+fn relative_error(ours: Rgb, expected: Rgb) -> f64 {
+    let error = |c: usize| (ours[c] - expected[c]).abs() / expected[c].abs();
+    [0, 1, 2].map(error).into_iter().fold(0.0, |worst, e| if e > worst || e.is_nan() { e } else { worst })
+}
+
+/// f and each of its factors at every vertex.
+fn note_contribution(worst: &mut Worst, world: &World, path: &ReferencePath, bricks: Bricks, name: &str) {
+    let expected = contribution(world, path);
+    with_path(world, path, bricks, |scene, ours| {
+        ours.validate(scene).expect("a valid path");
+        let total = path::contribution(scene, ours).expect("a valid path").to_array();
+        worst.note(relative_error(total, expected.total()), || format!("f, {name}"));
+
+        let k = path.edge_count();
+        for i in 0..=k {
+            let factors = path::factors(scene, ours, i).expect("a valid path");
+            let vertex = match i {
+                0 => [expected.importance; 3],
+                _ if i == k => expected.emission,
+                _ => product(expected.scattering[i], expected.profile[i]),
+            };
+            let (geometry, transmittance) = if i < k { (expected.geometry[i], expected.transmittance[i]) } else { (1.0, ONE) };
+            worst.note(relative_error(factors.vertex.to_array(), vertex), || format!("x_{i}, {name}"));
+            worst.note(relative_error([factors.geometry; 3], [geometry; 3]), || format!("G of edge {i}, {name}"));
+            worst.note(relative_error(factors.transmittance.to_array(), transmittance), || format!("Tr of edge {i}, {name}"));
+        }
+    });
+}
+
+/// The library's factors under the reference's names.
+fn named(g: &LogGradient) -> Factors<Vec3> {
+    let rgb = |gradient: [DVec3; 3]| gradient.map(|g| g.to_array());
+    Factors {
+        scattering: g.scattering.to_array(),
+        transmittance_prev: rgb(g.transmittance_previous),
+        transmittance_next: rgb(g.transmittance_next),
+        geometry_prev: g.geometry_previous.to_array(),
+        geometry_next: g.geometry_next.to_array(),
+        importance: g.importance.to_array(),
+        phase_prev: g.phase_previous.to_array(),
+        phase_apex: g.phase_apex.to_array(),
+        phase_next: g.phase_next.to_array(),
+    }
+}
+
+/// Every factor's gradient, the total of each channel and that of the luminance, at vertex i.
+fn note_gradient(worst: &mut Worst, world: &World, path: &ReferencePath, i: usize, bricks: Bricks, name: &str) {
+    let expected = log_gradient(world, path, i);
+    let f = contribution(world, path).total();
+    let ours = with_path(world, path, bricks, |scene, path| path_log_gradient(scene, path, i).expect("f > 0"));
+
+    let mut note = |what: &str, a: Vec3, b: Vec3| {
+        worst.note(distance(a, b) / expected.magnitude(), || format!("{what} of x_{i} in {name}"));
+    };
+    for ((what, a), b) in FACTOR_NAMES.iter().zip(named(&ours.factors).to_array()).zip(expected.to_array()) {
+        note(what, a, b);
+    }
+    for (c, what) in ["red", "green", "blue"].into_iter().enumerate() {
+        note(what, ours.factors.channel(c).to_array(), expected.total(c));
+    }
+    note("luminance", ours.luminance.to_array(), expected.luminance(f));
+}
+
+#[test]
+fn every_pair_of_neighbour_kinds_is_tested() {
+    let kinds = neighbour_kinds(SEED);
+    for p in ["C", "M", "D"] {
+        for n in ["M", "D", "A", "P", "E", "S"] {
+            assert!(kinds.contains(&format!("{p}{n}")), "{p} before, {n} after a medium vertex");
+        }
+    }
+}
+
+#[test]
+fn contributions_agree_factor_by_factor() {
+    let mut worst = Worst::default();
+    for_each_vertex(SEED, |scene, phase, pattern, path, i| {
+        // Every path has one first medium vertex.
+        let is_first = (1..i).all(|j| !path.vertices[j].is_medium());
+        if is_first {
+            let (world, path) = (rounded_world(&scene.world), rounded_path(path));
+            let name = format!("{pattern}, {}, {phase:?}", scene.name);
+            note_contribution(&mut worst, &world, &path, Bricks::Built, &name);
+        }
+    });
+    assert_below(&worst, CONTRIBUTION_TOLERANCE);
+}
+
+#[test]
+fn gradients_agree_factor_by_factor() {
+    for bricks in [Bricks::Built, Bricks::Left] {
+        let mut worst = Worst::default();
+        for_each_vertex(SEED, |scene, phase, pattern, path, i| {
+            let (world, path) = (rounded_world(&scene.world), rounded_path(path));
+            let name = format!("{pattern}, {}, {phase:?}, {bricks:?}", scene.name);
+            note_gradient(&mut worst, &world, &path, i, bricks, &name);
+        });
+        assert_below(&worst, GRADIENT_TOLERANCE);
+    }
+}
+
+/// Several bricks along each axis, some of them constant: [`for_each_vertex`] has grids of a single one.
+#[test]
+fn gradients_agree_in_a_sheared_grid_of_many_bricks() {
+    let mut rng = generator(SEED);
+    let world = rounded_world(&many_bricks(&mut rng));
+    let mut worst = Worst::default();
+    for pattern in PATTERNS.into_iter().filter(|pattern| pattern.len() <= 4) {
+        let path = rounded_path(&random_path(&mut rng, &world, pattern));
+        for bricks in [Bricks::Built, Bricks::Left] {
+            note_contribution(&mut worst, &world, &path, bricks, pattern);
+            for i in (0..path.vertices.len()).filter(|&i| path.vertices[i].is_medium()) {
+                note_gradient(&mut worst, &world, &path, i, bricks, &format!("{pattern}, {bricks:?}"));
+            }
+        }
+    }
+    assert_below(&worst, GRADIENT_TOLERANCE);
+}
+
+fn many_bricks(rng: &mut Pcg64) -> World {
+    let phase = Phase::HenyeyGreenstein { g: 0.4 };
+    let mut world = scene_named("sheared grid", phase, rng);
+    world.media[0].density = Density::Grid(sparse_grid(rng, [24, 17, 11], sheared(), 0.3));
+    world
+}
+
+fn scene_named(name: &str, phase: Phase, rng: &mut Pcg64) -> World {
+    scenes(rng, phase).into_iter().find(|scene| scene.name == name).expect("a scene of that name").world
+}
+
+/// A path through a homogeneous cube.
+fn simple_path(pattern: &str) -> (World, ReferencePath) {
+    let mut rng = generator(SEED);
+    let world = rounded_world(&scene_named("homogeneous cube", Phase::Isotropic, &mut rng));
+    let path = rounded_path(&random_path(&mut rng, &world, pattern));
+    (world, path)
+}
+
+fn gradient_error(scene: &Scene, path: &Path, i: usize) -> Option<PathErrorKind> {
+    path_log_gradient(scene, path, i).err().map(|error| error.kind)
+}
+
+#[test]
+fn only_free_medium_vertices_have_gradients() {
+    let (world, path) = simple_path("CDMP");
+    with_path(&world, &path, Bricks::Built, |scene, path| {
+        for i in [0, 1, 3] {
+            assert_eq!(gradient_error(scene, path, i), Some(PathErrorKind::NotMovable), "x_{i}");
+        }
+        assert_eq!(gradient_error(scene, path, 2), None);
+        for material in [Bsdf::Mirror { reflectance: Colour::ONE }, Bsdf::Dielectric { eta: 1.5 }] {
+            let specular = Scene { materials: &[material], ..*scene };
+            assert_eq!(gradient_error(&specular, path, 2), Some(PathErrorKind::NotMovable), "{material:?}");
+        }
+    });
+}
+
+/// log 0 has no gradient: nothing scatters at x, the light faces away, or it is black.
+#[test]
+fn paths_that_carry_nothing_have_no_gradient() {
+    let (mut world, mut path) = simple_path("CMA");
+    with_path(&world, &path, Bricks::Built, |scene, path| {
+        assert_eq!(gradient_error(scene, path, 1), None);
+        let (corner, edge_u, edge_v) = (DVec3::ZERO, DVec3::X, DVec3::Y);
+        let black = [Light::Parallelogram { corner, edge_u, edge_v, radiance: Colour::ZERO }];
+        let dark = Scene { lights: Lights { lights: &black, ..scene.lights }, ..*scene };
+        assert_eq!(gradient_error(&dark, path, 1), Some(PathErrorKind::ZeroContribution));
+    });
+
+    world.media[0].albedo = ZERO;
+    let error = with_path(&world, &path, Bricks::Built, |scene, path| gradient_error(scene, path, 1));
+    assert_eq!(error, Some(PathErrorKind::ZeroContribution), "no scattering");
+    world.media[0].albedo = ONE;
+
+    let Some(Vertex::AreaLight { normal, .. }) = path.vertices.last_mut() else { unreachable!() };
+    *normal = scale(-1.0, *normal);
+    let error = with_path(&world, &path, Bricks::Built, |scene, path| gradient_error(scene, path, 1));
+    assert_eq!(error, Some(PathErrorKind::ZeroContribution), "a light that faces away");
+}

@@ -1,0 +1,118 @@
+//! Density grids: samples at cell centres, clamped in the outermost half cells, 0 outside the box; constant ones are homogeneous;
+//! bricks only save time.
+
+mod common;
+mod reference;
+
+use common::{
+    host::*,
+    media::{UNIT_CUBE, heterogeneous, homogeneous, large_grid},
+};
+use rand_pcg::Pcg64;
+use reference::{grid::Grid, random::*, scenes::sheared, segments::Edge, vector::*, world::*};
+use volgrad::math::DVec3;
+use volgrad::medium::{self, Flight, Segment, Stretch, sample_distance};
+
+/// Both sides compute the same in another order.
+const ROUNDING: f64 = 1e-12;
+/// Segment ends and normals are in single precision.
+const SINGLE: f64 = 1e-6;
+
+const CHROMATIC: Rgb = [0.4, 0.9, 1.7];
+
+fn largest_difference(a: [[DVec3; 3]; 2], b: [[DVec3; 3]; 2]) -> f64 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max)
+}
+
+/// A random edge that grazes no face, where a normal's rounding would be magnified.
+fn edge_through_faces(rng: &mut Pcg64, world: &World) -> (Edge, Vec<Segment>) {
+    loop {
+        let [a, b] = [0; 2].map(|_| random_vector(rng, -1.3, 1.3));
+        let edge = Edge::between(a, b);
+        let segments = segments(world, &edge);
+        let faces = &segments[..segments.len() - 1];
+        if faces.iter().all(|face| face.normal.wide().dot(vec(edge.direction)).abs() > 0.2) {
+            return (edge, segments);
+        }
+    }
+}
+
+/// A grid of constant density in a box, and a homogeneous medium with the same faces.
+#[test]
+fn constant_grid_is_a_homogeneous_box() {
+    let samples = vec![1.0; 9 * 3 * 4];
+    let grid = heterogeneous(CHROMATIC, Grid { resolution: [9, 3, 4], samples, to_world: sheared() });
+    let mut world = World::filled_with(homogeneous(CHROMATIC));
+    world.regions = vec![Region::image_of_unit_cube(&sheared(), 0)];
+    let mut rng = generator(2);
+    for bricks in [Bricks::Built, Bricks::Left] {
+        let hosts = [HostMedium::new(&grid, bricks), HostMedium::new(&world.media[0], bricks)];
+        let [in_grid, in_box] = hosts.each_ref().map(|host| [host.view()]);
+        for n in 0..100 {
+            let (edge, segments) = edge_through_faces(&mut rng, &world);
+            let (ours, expected) = (line(&edge, &in_grid, &ONE_SEGMENT), line(&edge, &in_box, &segments));
+            let (m, e) = (medium::moments(&ours), medium::moments(&expected));
+            assert!((m.optical_depth - e.optical_depth).length() < SINGLE, "τ of edge {n}");
+            assert!(largest_difference(gradients(&m, &ours), gradients(&e, &expected)) < SINGLE, "∇τ of edge {n}");
+            let u = uniform(&mut rng, 0.0, 1.0);
+            match (sample_distance(&ours, u), sample_distance(&expected, u)) {
+                (Flight::Collision { t, pdf, .. }, Flight::Collision { t: t_box, pdf: pdf_box, .. }) => {
+                    assert!((t - t_box).abs() < SINGLE && (pdf - pdf_box).abs() < SINGLE, "distance on edge {n}");
+                }
+                (Flight::Passed { .. }, Flight::Passed { .. }) => {}
+                other => panic!("edge {n}: {other:?}"),
+            }
+        }
+    }
+}
+
+/// Two cells along x, 1 and 3: clamped in the outer halves, linear between, 0 outside.
+#[test]
+fn samples_are_at_cell_centres_and_clamp() {
+    let two = heterogeneous([1.0; 3], Grid { resolution: [2, 1, 1], samples: vec![1.0, 3.0], to_world: UNIT_CUBE });
+    let host = HostMedium::new(&two, Bricks::Built);
+    let density = host.view().density;
+    let at = |x: f64| density.at(DVec3::new(x, 0.3, 0.8));
+    for (x, value) in [(-0.01, 0.0), (0.0, 1.0), (0.25, 1.0), (0.5, 2.0), (0.75, 3.0), (0.9, 3.0), (1.0, 3.0), (1.01, 0.0)] {
+        assert!((at(x) - value).abs() < ROUNDING, "at {x}: {}", at(x));
+    }
+    for (x, slope) in [(-0.1, 0.0), (0.1, 0.0), (0.3, 4.0), (0.7, 4.0), (0.9, 0.0), (1.1, 0.0)] {
+        let gradient = density.gradient(DVec3::new(x, 0.3, 0.8));
+        assert!((gradient - slope * DVec3::X).length() < ROUNDING, "at {x}: {gradient}");
+    }
+    let along_x = Stretch { origin: DVec3::new(-1.0, 0.3, 0.8), direction: DVec3::X, start: 0.0, end: 5.0 };
+    let through = density.moments(&along_x);
+    assert!((through.integral - 2.0).abs() < ROUNDING, "1/4 + 1 + 3/4");
+    // The rise from 1 to 3, and the jumps from 0 to 1 at t = 1 and from 3 to 0 at t = 2, as distributions.
+    assert!(through.gradient.length() < ROUNDING, "{through:?}");
+    assert!((through.first_moment - (2.0 * 1.5 + 1.0 - 3.0 * 2.0) * DVec3::X).length() < ROUNDING, "{through:?}");
+}
+
+/// Half of the bricks are empty or constant, and crossed whole.
+#[test]
+fn bricks_change_nothing() {
+    let mut rng = generator(3);
+    for to_world in [UNIT_CUBE, sheared()] {
+        let medium = heterogeneous(CHROMATIC, large_grid(&mut rng, to_world));
+        let hosts = [Bricks::Built, Bricks::Left].map(|bricks| HostMedium::new(&medium, bricks));
+        let [with, without] = hosts.each_ref().map(|host| [host.view()]);
+        for n in 0..500 {
+            let [a, b] = [0; 2].map(|_| random_vector(&mut rng, -1.0, 1.5));
+            let edge = Edge::between(a, b);
+            let (fast, slow) = (line(&edge, &with, &ONE_SEGMENT), line(&edge, &without, &ONE_SEGMENT));
+            let (f, s) = (medium::moments(&fast), medium::moments(&slow));
+            assert!((f.optical_depth - s.optical_depth).length() < ROUNDING, "τ of edge {n}");
+            // Relative to the slope of the density, 40 samples per unit.
+            assert!(largest_difference(gradients(&f, &fast), gradients(&s, &slow)) < 100.0 * ROUNDING, "∇τ of edge {n}");
+            let u = uniform(&mut rng, 0.0, 1.0);
+            match (sample_distance(&fast, u), sample_distance(&slow, u)) {
+                (Flight::Collision { t, .. }, Flight::Collision { t: slow_t, .. }) => {
+                    assert!((t - slow_t).abs() < 100.0 * ROUNDING, "distance on edge {n}");
+                }
+                (Flight::Passed { .. }, Flight::Passed { .. }) => {}
+                other => panic!("edge {n}: {other:?}"),
+            }
+        }
+    }
+}

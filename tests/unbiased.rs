@@ -1,0 +1,121 @@
+//! The unbiased shifts leave every pixel's mean alone: the path sampler with and without them, on scenes with a medium edge, a
+//! shadow edge inside media and an occluder's edge before them.
+//!
+//! Significance: per test 64 pixels and 3 channel totals are compared, 8 tests make 512 and 24 comparisons. If all is right, a new
+//! seed trips |z| < 4.8 for a pixel with probability 512·1.6e-6 and |z| < 4 for a total with 24·6.3e-5: 0.25 % in all. (64 batches
+//! each: Student's t doubles that.) Seeds are fixed. VOLGRAD_LONG takes 20 times the paths: 10.5 million per estimate.
+
+mod toy;
+
+use std::sync::OnceLock;
+use toy::estimate::{BATCHES, Estimate, Scores, scale};
+use toy::scenes::{World, edges_under_area_lights, edges_under_point_light};
+use volgrad::sampler;
+use volgrad::shift::{self, Kernel, Mode, Radius};
+
+/// Paths per pixel and batch of a quick run: 64 pixels × 64 batches × 128 = 524 288 paths per estimate.
+const PASSES: u64 = 128;
+
+const PIXEL_LIMIT: f64 = 4.8;
+const TOTAL_LIMIT: f64 = 4.0;
+
+/// About one pixel and a half, which at the media's depth is 0.5 to 1 world units: as large as the media's own structure.
+const DISK: (Kernel, Radius) = (Kernel::Disk, Radius::Pixels(1.5));
+const BALL: (Kernel, Radius) = (Kernel::Ball, Radius::World(0.35));
+/// Far beyond where a linear log f is any good.
+const LARGE_DISK: (Kernel, Radius) = (Kernel::Disk, Radius::Pixels(0.7));
+
+struct Subject {
+    world: World,
+    reference: Estimate,
+}
+
+fn path_options(shift: Option<shift::Options>) -> sampler::Options {
+    sampler::Options { max_depth: 5, rr_depth: 3, seed: 1, shift }
+}
+
+fn subject(world: World) -> Subject {
+    let reference = Estimate::of_path_tracer(&world, path_options(None), PASSES * scale());
+    Subject { world, reference }
+}
+
+fn point_light() -> &'static Subject {
+    static SUBJECT: OnceLock<Subject> = OnceLock::new();
+    SUBJECT.get_or_init(|| subject(edges_under_point_light()))
+}
+
+fn area_lights() -> &'static Subject {
+    static SUBJECT: OnceLock<Subject> = OnceLock::new();
+    SUBJECT.get_or_init(|| subject(edges_under_area_lights()))
+}
+
+fn scores(subject: &Subject, mode: Mode, (kernel, radius): (Kernel, Radius)) -> Scores {
+    let shift = shift::Options { mode, kernel, radius, count: 4 };
+    let estimate = Estimate::of_path_tracer(&subject.world, path_options(Some(shift)), PASSES * scale());
+    let scores = estimate.paired_scores(&subject.reference);
+    let stats = estimate.stats;
+    println!(
+        "{mode:?} {kernel:?}: worst z pixel {:+.2}, total {:+.2}; total {:+.3} % ± {:.3} %; {BATCHES} batches, {} paths, \
+         {:.0} % shifted, {:.0} % of shifts stay",
+        scores.pixel,
+        scores.total,
+        100.0 * scores.bias,
+        100.0 * scores.error,
+        stats.paths,
+        100.0 * stats.shifted_paths as f64 / stats.paths as f64,
+        100.0 * stats.stays as f64 / stats.shifts as f64,
+    );
+    scores
+}
+
+fn assert_unbiased(subject: &Subject, mode: Mode, kernel: (Kernel, Radius)) {
+    let scores = scores(subject, mode, kernel);
+    assert!(scores.pixel.abs() < PIXEL_LIMIT && scores.total.abs() < TOTAL_LIMIT, "{scores:?}");
+}
+
+#[test]
+fn exact_disk_under_a_point_light() {
+    assert_unbiased(point_light(), Mode::Exact, DISK);
+}
+
+#[test]
+fn exact_ball_under_a_point_light() {
+    assert_unbiased(point_light(), Mode::Exact, BALL);
+}
+
+#[test]
+fn exchangeable_disk_under_a_point_light() {
+    assert_unbiased(point_light(), Mode::Exchangeable, DISK);
+}
+
+#[test]
+fn exchangeable_ball_under_a_point_light() {
+    assert_unbiased(point_light(), Mode::Exchangeable, BALL);
+}
+
+#[test]
+fn exact_disk_under_area_lights() {
+    assert_unbiased(area_lights(), Mode::Exact, DISK);
+}
+
+#[test]
+fn exact_ball_under_area_lights() {
+    assert_unbiased(area_lights(), Mode::Exact, BALL);
+}
+
+#[test]
+fn exchangeable_disk_under_area_lights() {
+    assert_unbiased(area_lights(), Mode::Exchangeable, DISK);
+}
+
+#[test]
+fn exchangeable_ball_under_area_lights() {
+    assert_unbiased(area_lights(), Mode::Exchangeable, BALL);
+}
+
+/// The same comparison sees the bias that a mode is known to have.
+#[test]
+fn log_linear_at_a_large_radius_is_biased() {
+    let scores = scores(point_light(), Mode::LogLinear, LARGE_DISK);
+    assert!(scores.total.abs() > 8.0, "{scores:?}: this comparison cannot fail");
+}
