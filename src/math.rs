@@ -72,6 +72,11 @@ pub fn transmittance(optical_depth: Colour) -> Colour {
     Colour::new(exp(-optical_depth.x), exp(-optical_depth.y), exp(-optical_depth.z))
 }
 
+/// 1 − exp(−optical depth), per channel, without cancellation.
+pub fn absorptance(optical_depth: Colour) -> Colour {
+    Colour::new(-expm1(-optical_depth.x), -expm1(-optical_depth.y), -expm1(-optical_depth.z))
+}
+
 /// Two unit vectors that make a right-handed frame with the unit vector `n`.
 /// Source: T. Duff et al., *Building an Orthonormal Basis, Revisited*, JCGT 2017.
 pub fn orthonormal_basis(n: DVec3) -> (DVec3, DVec3) {

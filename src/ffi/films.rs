@@ -112,7 +112,11 @@ pub unsafe extern "C" fn volgrad_film_init(
 /// Adds `count` splats to the pixels that contain them. Those that are not finite, beyond 1e9 or off the film are dropped and counted.
 /// Sums are exact, in steps of 2^-64: their order does not matter.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn volgrad_film_add(film: *mut volgrad_film, splats: *const volgrad_splat, count: usize) -> volgrad_status {
+pub unsafe extern "C" fn volgrad_film_add(
+    film: *mut volgrad_film,
+    splats: *const volgrad_splat,
+    count: usize,
+) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract.
         let (mut film, splats) = unsafe { (self::film(film)?, array(splats, count)?) };

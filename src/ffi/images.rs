@@ -68,7 +68,11 @@ pub unsafe extern "C" fn volgrad_exr_write(
         }
         let attribute = |a: &volgrad_exr_attribute| {
             let name = unsafe { text(a.name) }?;
-            Ok(if a.text.is_null() { Attribute::Number(name, a.number) } else { Attribute::Text(name, unsafe { text(a.text) }?) })
+            Ok(if a.text.is_null() {
+                Attribute::Number(name, a.number)
+            } else {
+                Attribute::Text(name, unsafe { text(a.text) }?)
+            })
         };
         guarded(|| {
             let attributes = attributes.iter().map(attribute).collect::<Result<Vec<_>, Fault>>()?;

@@ -56,8 +56,7 @@ pub(super) unsafe fn path<'a>(pointer: *const volgrad_path) -> Result<Path<'a>, 
     }
     Ok(Path {
         vertices: unsafe { array(path.vertices, count) }.map_err(|s| s.at(c"path.vertices", 0))?,
-        segments: unsafe { array(path.segments, path.segment_count as usize) }
-            .map_err(|s| s.at(c"path.segments", 0))?,
+        segments: unsafe { array(path.segments, path.segment_count as usize) }.map_err(|s| s.at(c"path.segments", 0))?,
         edge_ends: unsafe { array(path.edge_ends, count - 1) }.map_err(|s| s.at(c"path.edge_ends", 0))?,
     })
 }
@@ -119,11 +118,7 @@ pub unsafe extern "C" fn volgrad_path_factors(
         let result = unsafe { array_mut(result, path.vertices.len()) }?;
         for (i, out) in result.iter_mut().enumerate() {
             let f = factors(scene, &path, i)?;
-            *out = volgrad_path_factor {
-                vertex: f.vertex.into(),
-                transmittance: f.transmittance.into(),
-                geometry: f.geometry,
-            };
+            *out = volgrad_path_factor { vertex: f.vertex.into(), transmittance: f.transmittance.into(), geometry: f.geometry };
         }
         Ok(())
     })())

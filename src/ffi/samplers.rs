@@ -15,13 +15,8 @@ pub(super) struct HostQueries(volgrad_queries);
 
 impl HostQueries {
     /// For modes that ask nothing.
-    pub const UNUSED: Self = Self(volgrad_queries {
-        struct_size: 0,
-        reserved: 0,
-        user: null_mut(),
-        intersect: None,
-        occluded: None,
-    });
+    pub const UNUSED: Self =
+        Self(volgrad_queries { struct_size: 0, reserved: 0, user: null_mut(), intersect: None, occluded: None });
 
     /// # Safety
     /// As the header says of the callbacks.

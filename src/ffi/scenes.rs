@@ -62,8 +62,7 @@ impl<'a> Description<'a> {
         Ok(Self {
             camera: desc.camera,
             media: unsafe { array(desc.media, desc.media_count as usize) }.map_err(|s| s.at(c"media", 0))?,
-            materials: unsafe { array(desc.materials, desc.material_count as usize) }
-                .map_err(|s| s.at(c"materials", 0))?,
+            materials: unsafe { array(desc.materials, desc.material_count as usize) }.map_err(|s| s.at(c"materials", 0))?,
             lights: unsafe { array(desc.lights, desc.light_count as usize) }.map_err(|s| s.at(c"lights", 0))?,
         })
     }
@@ -203,12 +202,9 @@ unsafe fn build(memory: *mut u8, desc: &Description) -> Result<*const volgrad_sc
     // SAFETY: the caller's promise, here and below.
     let mut bricks = unsafe { fill(memory, &mut bricks_at, desc.brick_count()?, |_| Ok(Brick::default()))? };
     let media = unsafe { fill(memory, &mut layout, desc.media.len(), |i| medium(&desc.media[i], i, &mut bricks))? };
-    let materials =
-        unsafe { fill(memory, &mut layout, desc.materials.len(), |i| convert::material(&desc.materials[i], i))? };
+    let materials = unsafe { fill(memory, &mut layout, desc.materials.len(), |i| convert::material(&desc.materials[i], i))? };
     let lights = unsafe { fill(memory, &mut layout, desc.lights.len(), |i| convert::light(&desc.lights[i], i))? };
-    let cdf = unsafe {
-        fill(memory, &mut layout, desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))?
-    };
+    let cdf = unsafe { fill(memory, &mut layout, desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))? };
     accumulate(cdf);
     let mut environments = (0u32..).zip(lights.iter()).filter(|(_, l)| matches!(l, Light::Environment { .. }));
     let environment = environments.next().map(|(i, _)| i);

@@ -1,12 +1,12 @@
 //! Shifts of any sampler's paths.
 
+use super::films::volgrad_splat;
 use super::paths::path;
 use super::pointer::{array_mut, output, sized, write_sized};
 use super::samplers::HostQueries;
 use super::scenes::{scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{volgrad_path, volgrad_queries};
-use super::films::volgrad_splat;
 use crate::math::{Colour, DVec2, Rgb};
 use crate::sampler::shift_numbers;
 use crate::shift::{Kernel, MAX_SHIFTS, Mode, Options, Radius, from_path, shift};
@@ -92,7 +92,10 @@ pub(super) fn options(o: &volgrad_shift_options) -> Result<Option<Options>, Faul
 
 /// Fills options with their defaults: mode NONE, a disk of 4 pixels, 8 offsets. `struct_size`: `sizeof *options` of the caller.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn volgrad_shift_options_default(options: *mut volgrad_shift_options, struct_size: usize) -> volgrad_status {
+pub unsafe extern "C" fn volgrad_shift_options_default(
+    options: *mut volgrad_shift_options,
+    struct_size: usize,
+) -> volgrad_status {
     // SAFETY: the header's contract.
     finish(unsafe { write_sized(options, struct_size, DEFAULTS) }.map_err(Into::into))
 }

@@ -214,9 +214,8 @@ pub struct volgrad_path {
 
 /// Answers `count` rays; `hits` come uninitialised. Returns 0, or another value to stop the running call, which then returns
 /// `VOLGRAD_ERROR_CALLBACK`. Must not throw or longjmp. Called on the thread that called volgrad.
-pub type volgrad_query_fn = Option<
-    unsafe extern "C" fn(user: *mut c_void, rays: *const Ray, hits: *mut Hit, count: u32) -> i32,
->;
+pub type volgrad_query_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, rays: *const Ray, hits: *mut Hit, count: u32) -> i32>;
 
 /// How volgrad asks the host about its geometry. Index-matched (null) surfaces are never hits: they end segments.
 #[repr(C)]

@@ -81,7 +81,13 @@ impl Iterator for Dda {
             return None;
         }
         let [x, y, z] = self.next_wall;
-        let axis = if x <= y && x <= z { 0 } else if y <= z { 1 } else { 2 };
+        let axis = if x <= y && x <= z {
+            0
+        } else if y <= z {
+            1
+        } else {
+            2
+        };
         let end = self.next_wall[axis].clamp(self.t, self.end);
         let step = Step { cell: self.cell, start: self.t, end };
         self.t = end;

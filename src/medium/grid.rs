@@ -35,11 +35,7 @@ impl<'a> Grid<'a> {
             return None;
         }
         let [nx, ny, nz] = size.map(f64::from);
-        let scale = DAffine3::from_scale_rotation_translation(
-            DVec3::new(nx, ny, nz),
-            glam::DQuat::IDENTITY,
-            DVec3::splat(0.5),
-        );
+        let scale = DAffine3::from_scale_rotation_translation(DVec3::new(nx, ny, nz), glam::DQuat::IDENTITY, DVec3::splat(0.5));
         let to_lattice = scale * local_to_world.inverse();
         Some(Self { density, bricks, size, to_lattice, gradient_to_world: to_lattice.matrix3.transpose() })
     }
@@ -122,10 +118,7 @@ impl<'a> Grid<'a> {
     }
 
     fn line(&self, stretch: &Stretch) -> LatticeLine {
-        LatticeLine::new(
-            self.to_lattice.transform_point3(stretch.origin),
-            self.to_lattice.transform_vector3(stretch.direction),
-        )
+        LatticeLine::new(self.to_lattice.transform_point3(stretch.origin), self.to_lattice.transform_vector3(stretch.direction))
     }
 
     /// ρ inside the box next to the line's point at `t`, which may lie on a face.
@@ -319,7 +312,11 @@ impl Piece {
         // Newton converges quadratically; halving alone would take 53 rounds to exhaust the bracket.
         for _ in 0..64 {
             let error = self.integral(line, t) - target;
-            if error > 0.0 { high = t } else { low = t }
+            if error > 0.0 {
+                high = t
+            } else {
+                low = t
+            }
             let newton = t - error / self.value(line, t);
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if next == t || (next - t).abs() <= 4.0 * f64::EPSILON * t.abs() {

@@ -7,9 +7,7 @@ mod tracking;
 
 pub use bricks::{BRICK_SIDE, Brick, brick_counts, build_bricks};
 pub use grid::Grid;
-pub use tracking::{
-    EdgeMoments, Flight, Line, NONE, Segment, distance_number, moments, optical_depth, sample_distance,
-};
+pub use tracking::{EdgeMoments, Flight, Line, NONE, Segment, distance_number, moments, optical_depth, sample_distance};
 
 use crate::math::{Colour, DVec3};
 use crate::phase::Phase;

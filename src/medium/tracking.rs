@@ -1,7 +1,7 @@
 //! Optical depth, its gradients, and distance sampling along an edge that crosses several media.
 
 use super::{Inversion, Medium, Stretch};
-use crate::math::{Colour, DVec3, Vec3, expm1, mean, transmittance};
+use crate::math::{Colour, DVec3, Vec3, absorptance, mean, transmittance};
 
 /// "None" wherever an index is expected: no medium (vacuum), no light.
 pub const NONE: u32 = 0xFFFF_FFFF;
@@ -167,8 +167,7 @@ pub fn sample_distance(line: &Line, u: f64) -> Flight {
 
 /// The uniform number from which [`sample_distance`] makes a collision at the end of `line`.
 pub fn distance_number(line: &Line) -> f64 {
-    let tau = optical_depth(line);
-    mean(Colour::new(-expm1(-tau.x), -expm1(-tau.y), -expm1(-tau.z)))
+    mean(absorptance(optical_depth(line)))
 }
 
 /// The density integral D ≥ 0 at which mean(exp(−τ − σD)) = 1 − u; infinite if it never gets there.
@@ -193,4 +192,3 @@ fn density_until(tau: Colour, sigma: Colour, u: f64) -> f64 {
         d += step;
     }
 }
-

@@ -28,9 +28,7 @@ impl Interaction<'_> {
     pub fn eval(&self, to_light: DVec3) -> Colour {
         match self.scatterer {
             Scatterer::Medium(phase) => Colour::splat(phase.eval(self.to_camera.dot(to_light))),
-            Scatterer::Surface { bsdf, normal } => {
-                bsdf.eval(normal, self.to_camera, to_light) * normal.dot(to_light).abs()
-            }
+            Scatterer::Surface { bsdf, normal } => bsdf.eval(normal, self.to_camera, to_light) * normal.dot(to_light).abs(),
         }
     }
 

@@ -6,9 +6,9 @@ use super::next_event::{self, Origin, Outcome};
 use super::primary::{PrimarySample, RandomNumbers, Slot, VertexNumbers, number, pair, shift_numbers};
 use super::record::{Arrival, Record};
 use crate::film::Film;
-use crate::math::{Colour, DVec2, DVec3, transmittance};
-use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
-use crate::scene::{HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, Light, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::math::{Colour, DVec2, DVec3, absorptance, mean, transmittance};
+use crate::medium::{Flight, Line, NONE, Segment, optical_depth, sample_distance};
+use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, Light, Queries, Ray, Scene, Stop, surface_epsilon};
 use crate::shift::{self, Next};
 
 #[derive(Clone, Copy, Debug)]
@@ -70,12 +70,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
     }
 
     /// A whole path from a pixel's corner and primary sample numbers: its place on the image and its contributions.
-    pub fn trace(
-        &self,
-        corner: DVec2,
-        numbers: &mut impl PrimarySample,
-        stats: &mut Stats,
-    ) -> Result<(DVec2, Record), Stop> {
+    pub fn trace(&self, corner: DVec2, numbers: &mut impl PrimarySample, stats: &mut Stats) -> Result<(DVec2, Record), Stop> {
         let pixel = corner + pair(&numbers.vertex(0), Slot::DirectionU, Slot::DirectionV);
         let mut walk = Walk::from_camera(self, pixel, stats);
         for depth in 1..=self.options.max_depth {
@@ -153,14 +148,36 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let on_surface = hit.kind == HIT_SURFACE;
         let length = if on_surface { self.start + f64::from(hit.t) } else { f64::INFINITY };
         let line = self.line(length, hit.media());
-        match sample_distance(&line, number(numbers, Slot::Distance)) {
+        let share = if depth == 1 { self.look(&hit, &line) } else { 1.0 };
+        match sample_distance(&line, share * number(numbers, Slot::Distance)) {
             Flight::Collision { t, medium, optical_depth, pdf } => {
-                Ok(self.collide(depth, hit, t, medium, optical_depth, pdf))
+                Ok(self.collide(depth, hit, t, medium, optical_depth, pdf / share))
             }
             // Light that arrives with probability 0 has underflowed.
             Flight::Passed { probability, .. } if !(probability > 0.0) => Ok(None),
-            Flight::Passed { optical_depth, probability } => Ok(self.arrive(hit, length, optical_depth, probability)),
+            Flight::Passed { optical_depth, probability } => Ok(self.arrive(depth, hit, length, optical_depth, probability)),
         }
+    }
+
+    /// What the camera sees directly along its first edge counts at its expected value, Tr·Le. Returns the share of the distance
+    /// numbers that lead on: where nothing scatters at the edge's end, only those that make a collision.
+    fn look(&mut self, hit: &Hit, line: &Line) -> f64 {
+        let (light, bsdf) = match hit.kind {
+            HIT_SURFACE => {
+                let front = hit.normal.wide().dot(self.direction) < 0.0;
+                (self.scene.lights.get(hit.light).filter(|_| front), self.scene.materials.get(hit.material as usize))
+            }
+            _ => (self.scene.lights.environment.and_then(|i| self.scene.lights.get(i)), None),
+        };
+        let dark_end = bsdf.is_none_or(Bsdf::is_black);
+        if light.is_none() && !dark_end {
+            return 1.0;
+        }
+        let optical_depth = optical_depth(line);
+        if let Some(light) = light {
+            self.record.emitted(transmittance(optical_depth), light.emission());
+        }
+        if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
     }
 
     /// The nearest surface and the media up to it; None if they are too many.
@@ -195,15 +212,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     }
 
     /// A collision in a medium.
-    fn collide(
-        &mut self,
-        depth: u32,
-        hit: Hit,
-        t: f64,
-        index: u32,
-        optical_depth: Colour,
-        pdf: f64,
-    ) -> Option<Vertex<'a>> {
+    fn collide(&mut self, depth: u32, hit: Hit, t: f64, index: u32, optical_depth: Colour, pdf: f64) -> Option<Vertex<'a>> {
         let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
         let position = self.origin + t * self.direction;
         let weight = medium.sigma_s(position) / pdf;
@@ -226,13 +235,15 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     }
 
     /// The end of the ray: a surface, or the environment.
-    fn arrive(&mut self, hit: Hit, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
+    fn arrive(&mut self, depth: u32, hit: Hit, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
         self.throughput *= transmittance(optical_depth) / probability;
         let weight = Colour::splat(1.0 / probability);
         if hit.kind != HIT_SURFACE {
             let arrival = self.arrival(Next::Direction(self.direction), length, optical_depth, hit.media(), weight);
             self.record.later(&arrival, None, true);
-            self.meet(self.scene.lights.environment?, 1.0, probability);
+            if depth > 1 {
+                self.meet(self.scene.lights.environment?, 1.0, probability);
+            }
             return None;
         }
         let bsdf = self.scene.materials.get(hit.material as usize)?;
@@ -242,7 +253,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let arrival = self.arrival(next, length, optical_depth, hit.media(), weight);
         self.record.later(&arrival, None, !bsdf.is_specular());
         let cosine = -normal.dot(self.direction);
-        if hit.light != NONE && cosine > 0.0 {
+        if depth > 1 && hit.light != NONE && cosine > 0.0 {
             self.meet(hit.light, cosine / (length * length), probability);
         }
         self.medium = hit.media().last().map_or(NONE, |segment| segment.medium);

@@ -1,6 +1,6 @@
 //! Surface scattering: diffuse, mirror, smooth dielectric.
 
-use crate::math::{Colour, DVec2, DVec3, sqrt, uniform_disk, orthonormal_basis};
+use crate::math::{Colour, DVec2, DVec3, orthonormal_basis, sqrt, uniform_disk};
 use core::f64::consts::PI;
 
 /// A surface's BSDF. Directions point away from the surface; `n` is its oriented geometric normal.
@@ -29,6 +29,11 @@ pub struct BsdfSample {
 impl Bsdf {
     pub fn is_specular(&self) -> bool {
         !matches!(self, Self::Diffuse { .. })
+    }
+
+    /// Whether it scatters nothing, as the surface of a light usually does.
+    pub fn is_black(&self) -> bool {
+        matches!(self, Self::Diffuse { albedo } if *albedo == Colour::ZERO)
     }
 
     /// f_r(to_camera, to_light), without the cosine. 0 for specular ones.

@@ -6,15 +6,37 @@ use core::f64::consts::PI;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
     /// Radiance from the side that edge_u × edge_v points to.
-    Parallelogram { corner: DVec3, edge_u: DVec3, edge_v: DVec3, radiance: Colour },
-    Triangle { corner: DVec3, edge_u: DVec3, edge_v: DVec3, radiance: Colour },
+    Parallelogram {
+        corner: DVec3,
+        edge_u: DVec3,
+        edge_v: DVec3,
+        radiance: Colour,
+    },
+    Triangle {
+        corner: DVec3,
+        edge_u: DVec3,
+        edge_v: DVec3,
+        radiance: Colour,
+    },
     /// Radiance outwards.
-    Sphere { centre: DVec3, radius: f64, radiance: Colour },
+    Sphere {
+        centre: DVec3,
+        radius: f64,
+        radiance: Colour,
+    },
     /// The same radiance from all directions.
-    Environment { radiance: Colour },
+    Environment {
+        radiance: Colour,
+    },
     /// Light that travels along `direction`; `irradiance` on a plane across it.
-    Directional { direction: DVec3, irradiance: Colour },
-    Point { position: DVec3, intensity: Colour },
+    Directional {
+        direction: DVec3,
+        irradiance: Colour,
+    },
+    Point {
+        position: DVec3,
+        intensity: Colour,
+    },
 }
 
 /// Where a light is seen from a point.

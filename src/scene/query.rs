@@ -1,7 +1,7 @@
 //! How the core asks the host about geometry: rays in batches, answered with the surface and the media on the way.
 
-use crate::math::{DVec3, Vec3};
 use super::Scene;
+use crate::math::{DVec3, Vec3};
 use crate::medium::{NONE, Segment};
 
 /// Most media that one ray or edge may cross, and so the capacity of `Hit::segments`.

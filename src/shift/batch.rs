@@ -36,7 +36,7 @@ impl Member {
         image: None,
         medium: NONE,
         camera_side: Colour::ZERO,
-        links: [LinkValue { colour: Colour::ZERO, wings: [0.0; MAX_WINGS], distance: 0.0 }; MAX_LINKS],
+        links: [LinkValue { colour: Colour::ZERO, wings: [0.0; MAX_WINGS] }; MAX_LINKS],
     };
 }
 
@@ -72,7 +72,7 @@ pub fn shift<Q: Queries>(
         Mode::LogLinear => log_linear(scene, path, members, &mut splat),
         Mode::Exact => {
             batch.evaluate(members)?;
-            exact(path, radius, members, &mut splat)
+            exact(path, members, &mut splat)
         }
         Mode::Exchangeable => {
             batch.evaluate(members)?;
@@ -166,7 +166,7 @@ impl<Q: Queries> Batch<'_, Q> {
                     segments: hit.media(),
                 };
                 let colour = member.camera_side * transmittance(optical_depth(&line)) * g;
-                member.links[i] = LinkValue { colour, wings: link.wing_values(direction), distance };
+                member.links[i] = LinkValue { colour, wings: link.wing_values(direction) };
             },
         )
     }

@@ -122,8 +122,6 @@ pub struct LinkValue {
     /// A·L
     pub colour: Colour,
     pub wings: [f64; MAX_WINGS],
-    /// Distance to the next neighbour.
-    pub distance: f64,
 }
 
 /// A(x) = We cosθ/d² Tr σ_s.
@@ -165,9 +163,10 @@ impl Shiftable {
 
     /// Whether any contribution is not 0.
     pub fn carries(&self) -> bool {
-        self.links.iter().flatten().any(|link| {
-            link.plain.max_element() > 0.0 || link.wings().iter().any(|(_, rest)| rest.max_element() > 0.0)
-        })
+        self.links
+            .iter()
+            .flatten()
+            .any(|link| link.plain.max_element() > 0.0 || link.wings().iter().any(|(_, rest)| rest.max_element() > 0.0))
     }
 
     /// The value of link `i` where the path was sampled.
@@ -178,7 +177,7 @@ impl Shiftable {
         let a = camera_side(scene, self.x, &self.image, self.medium, self.optical_depth);
         let (direction, distance) = towards(self.x, &link.next);
         let l = link_geometry(medium.phase, -self.image.ray.direction, &link.next, direction, distance);
-        LinkValue { colour: a * transmittance(link.optical_depth) * l, wings: link.wing_values(direction), distance }
+        LinkValue { colour: a * transmittance(link.optical_depth) * l, wings: link.wing_values(direction) }
     }
 
     /// The edge from the camera to x.
@@ -188,12 +187,7 @@ impl Shiftable {
 }
 
 /// The edge from the camera to an image point's world point; `segments` start at the near plane.
-pub fn camera_line<'s>(
-    camera: &Camera,
-    media: &'s [Medium<'s>],
-    image: &ImagePoint,
-    segments: &'s [Segment],
-) -> Line<'s> {
+pub fn camera_line<'s>(camera: &Camera, media: &'s [Medium<'s>], image: &ImagePoint, segments: &'s [Segment]) -> Line<'s> {
     Line {
         media,
         origin: camera.position,

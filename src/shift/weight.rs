@@ -1,8 +1,8 @@
 //! The weights W of a batch's members, mode by mode.
 
+use super::BatchStats;
 use super::batch::Member;
 use super::link::{Link, LinkValue, MAX_LINKS, MAX_WINGS, Shiftable};
-use super::BatchStats;
 use crate::math::{Colour, DVec2, DVec3, exp, luminance};
 use crate::medium::Line;
 use crate::path::{Move, Wing, log_gradient};
@@ -28,31 +28,35 @@ fn links(path: &Shiftable) -> impl Iterator<Item = (usize, &Link)> {
     path.links.iter().enumerate().filter_map(|(i, link)| Some((i, link.as_ref()?)))
 }
 
-/// W = f(y)/f(x). Where f(y) = 0 the splat stays at x; so it does where x or y is within a radius of a neighbour, which keeps
-/// 1/d² from making the variance infinite. Both tests are symmetric in x and y.
-pub(super) fn exact(
-    path: &Shiftable,
-    radius: f64,
-    members: &[Member],
-    splat: &mut impl FnMut(DVec2, Colour),
-) -> BatchStats {
+/// Largest weight, and inverse of the smallest, with which `exact` and `log_linear` move a splat. The relation "f(x) and f(y) differ by
+/// this factor at most" is symmetric, so keeping the splat at x otherwise costs no bias, and no factor of f (1/d² next to a neighbour,
+/// σ_s(y)/σ_s(x) where a density runs out) can make the variance infinite. A linear log f means nothing beyond it either.
+const MAX_RATIO: f64 = 4.0;
+
+fn moves(ratio: f64) -> bool {
+    ratio * MAX_RATIO >= 1.0 && ratio <= MAX_RATIO
+}
+
+/// W = f(y)/f(x), or 1 at x itself where that is 0 or out of bounds.
+pub(super) fn exact(path: &Shiftable, members: &[Member], splat: &mut impl FnMut(DVec2, Colour)) -> BatchStats {
     let Some((own, others)) = members.split_first() else { return BatchStats::default() };
     let share = 1.0 / members.len() as f64;
-    let clear = |member: &Member, i: usize| {
-        member.image.is_some_and(|image| image.distance > radius) && member.links[i].distance > radius
-    };
     let mut stats = BatchStats::default();
     let mut at_own: Colour = links(path).map(|(i, link)| carried(link, &own.links[i])).sum();
     for member in others {
         let mut there = Colour::ZERO;
         for (i, link) in links(path) {
-            let accepted = clear(own, i) && clear(member, i) && member.links[i].colour.max_element() > 0.0;
-            stats.shifts += 1;
-            stats.stays += u64::from(!accepted);
-            if accepted {
-                there += carried(link, &member.links[i]);
-            } else {
-                at_own += carried(link, &own.links[i]);
+            let (here, y) = (&own.links[i], &member.links[i]);
+            let ratio = luminance(y.colour) / luminance(here.colour);
+            let pairs = groups(link, here).into_iter().zip(groups(link, y));
+            for ((wing, rest), (wing_y, _)) in pairs.filter(|((_, rest), _)| *rest != Colour::ZERO) {
+                stats.shifts += 1;
+                if moves(ratio * wing_y / wing) {
+                    there += y.colour * rest * wing_y;
+                } else {
+                    at_own += here.colour * rest * wing;
+                    stats.stays += 1;
+                }
             }
         }
         if let Some(image) = member.image {
@@ -99,7 +103,8 @@ pub(super) fn exchangeable(path: &Shiftable, members: &[Member], splat: &mut imp
     stats
 }
 
-/// W = exp⟨∇log f*, offset⟩, whatever is in the way; the splat stays at x if y is off the image or where the medium of x is empty.
+/// W = exp⟨∇log f*, offset⟩, whatever is in the way; 1 at x itself where y is off the image, where the medium of x is empty, or where W
+/// is out of bounds.
 pub(super) fn log_linear(
     scene: &Scene,
     path: &Shiftable,
@@ -112,24 +117,29 @@ pub(super) fn log_linear(
     let share = 1.0 / members.len() as f64;
     let gradients: [_; MAX_LINKS] =
         core::array::from_fn(|i| path.links[i].as_ref().map(|link| group_gradients(scene, path, link, &own.links[i])));
-    let at_x: Colour = links(path).map(|(i, link)| carried(link, &own.links[i])).sum();
-    let mut at_own = at_x;
+    let mut at_own: Colour = links(path).map(|(i, link)| carried(link, &own.links[i])).sum();
     let mut stats = BatchStats::default();
     for member in others {
-        stats.shifts += 1;
-        let Some(image) = member.image.filter(|_| medium.density.at(member.y) > 0.0) else {
-            at_own += at_x;
-            stats.stays += 1;
-            continue;
-        };
+        let image = member.image.filter(|_| medium.density.at(member.y) > 0.0);
         let mut there = Colour::ZERO;
         for (i, link) in links(path) {
-            for (g, (wing, rest)) in groups(link, &own.links[i]).into_iter().enumerate() {
-                let gradient = gradients[i].map_or(DVec3::ZERO, |gradients| gradients[g]);
-                there += own.links[i].colour * rest * (wing * exp(gradient.dot(member.y - path.x)));
+            let Some(gradients) = gradients[i] else { continue };
+            let pairs = groups(link, &own.links[i]).into_iter().zip(gradients);
+            for ((wing, rest), gradient) in pairs.filter(|((_, rest), _)| *rest != Colour::ZERO) {
+                stats.shifts += 1;
+                let carried = own.links[i].colour * rest * wing;
+                let ratio = exp(gradient.dot(member.y - path.x));
+                if image.is_some() && moves(ratio) {
+                    there += carried * ratio;
+                } else {
+                    at_own += carried;
+                    stats.stays += 1;
+                }
             }
         }
-        splat(image.pixel, there * share);
+        if let Some(image) = image {
+            splat(image.pixel, there * share);
+        }
     }
     splat(path.image.pixel, at_own * share);
     stats

@@ -18,6 +18,8 @@ pub fn scale() -> u64 {
 pub struct Estimate {
     batches: Vec<Vec<Colour>>,
     pub stats: Stats,
+    /// Splats that the film left out.
+    pub dropped: u64,
 }
 
 /// A mean and its standard error.
@@ -51,6 +53,7 @@ pub struct Scores {
     /// Of the total's luminance, and its standard error, relative to the other estimate's.
     pub bias: f64,
     pub error: f64,
+    pub dropped: u64,
 }
 
 impl Estimate {
@@ -78,16 +81,16 @@ impl Estimate {
             let (mut cells, mut dropped) = (vec![Cell::default(); cells], 0);
             let mut film = Film { width: camera.width, height: camera.height, cells: &mut cells, dropped: &mut dropped };
             let stats = fill(batch, &mut film);
-            assert_eq!(dropped, 0, "splats were left out");
-            (cells.iter().map(|cell| cell.value() / passes as f64).collect(), stats)
+            (cells.iter().map(|cell| cell.value() / passes as f64).collect(), stats, dropped)
         };
-        let half = |first: u64| (first..BATCHES).step_by(2).map(one).collect::<Vec<(Vec<Colour>, Stats)>>();
+        let half = |first: u64| (first..BATCHES).step_by(2).map(one).collect::<Vec<(Vec<Colour>, Stats, u64)>>();
         let (even, odd) = std::thread::scope(|scope| {
             let odd = scope.spawn(|| half(1));
             (half(0), odd.join().expect("a batch panicked"))
         });
-        let mut stats = Stats::default();
-        let batches = even.into_iter().chain(odd).map(|(image, s)| {
+        let (mut stats, mut dropped) = (Stats::default(), 0);
+        let batches = even.into_iter().chain(odd).map(|(image, s, d)| {
+            dropped += d;
             stats.paths += s.paths;
             stats.shifted_paths += s.shifted_paths;
             stats.shifts += s.shifts;
@@ -95,7 +98,7 @@ impl Estimate {
             image
         });
         let batches = batches.collect();
-        Self { batches, stats }
+        Self { batches, stats, dropped }
     }
 
     pub fn pixels(&self) -> usize {
@@ -130,6 +133,7 @@ impl Estimate {
             total: worst(&mut (0..3).map(|c| z(difference.channel(c)))),
             bias: difference.total().value / total,
             error: difference.total().error / total,
+            dropped: self.dropped + other.dropped,
         }
     }
 

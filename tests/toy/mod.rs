@@ -23,8 +23,16 @@ pub struct MediumBox {
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
     /// Its normal is edge_u × edge_v.
-    Parallelogram { corner: DVec3, edge_u: DVec3, edge_v: DVec3 },
-    Disc { centre: DVec3, normal: DVec3, radius: f64 },
+    Parallelogram {
+        corner: DVec3,
+        edge_u: DVec3,
+        edge_v: DVec3,
+    },
+    Disc {
+        centre: DVec3,
+        normal: DVec3,
+        radius: f64,
+    },
 }
 
 /// An opaque surface.
@@ -183,9 +191,14 @@ impl Geometry {
         if !self.fill_segments(&line, length, hit) {
             hit.kind = HIT_OVERFLOW;
         }
-        // Who asks must know its own medium, except within rounding of a face.
-        let first = hit.segments[0];
-        assert!(first.end < 1e-3 || first.medium == ray.medium, "{ray:?} starts in medium {}", first.medium);
+        assert!(self.near(line.origin, ray.medium), "{ray:?} starts in medium {}", hit.segments[0].medium);
+    }
+
+    /// Whether a point lies in a medium, but for the rounding of single-precision coordinates.
+    fn near(&self, x: DVec3, medium: u32) -> bool {
+        const ROUNDING: f64 = 1e-5;
+        let corners = (0..8).map(|i| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) - 0.5);
+        self.medium_at(x) == medium || corners.map(|c| x + c * ROUNDING).any(|x| self.medium_at(x) == medium)
     }
 }
 
@@ -200,4 +213,3 @@ impl Queries for Geometry {
         Ok(())
     }
 }
-

@@ -40,7 +40,14 @@ impl World {
         self.picks.push(weight);
         let total: f64 = self.picks.iter().sum();
         let mut sum = 0.0;
-        self.cdf = self.picks.iter().map(|pick| { sum += pick / total; sum }).collect();
+        self.cdf = self
+            .picks
+            .iter()
+            .map(|pick| {
+                sum += pick / total;
+                sum
+            })
+            .collect();
         self.cdf.last_mut().into_iter().for_each(|last| *last = 1.0);
         self
     }
@@ -97,12 +104,7 @@ pub fn homogeneous(sigma_t: [f64; 3], albedo: [f64; 3], g: f64) -> Medium<'stati
 }
 
 /// A grid of `size` samples in the box from `low` to `high`, whose density at sample (x, y, z) is `density`.
-pub fn grid(
-    low: [f64; 3],
-    high: [f64; 3],
-    size: [i32; 3],
-    density: impl Fn([i32; 3]) -> f32,
-) -> Density<'static> {
+pub fn grid(low: [f64; 3], high: [f64; 3], size: [i32; 3], density: impl Fn([i32; 3]) -> f32) -> Density<'static> {
     let mut samples = vec![];
     for z in 0..size[2] {
         for y in 0..size[1] {
@@ -149,8 +151,5 @@ pub fn edges_under_area_lights() -> World {
     edges()
         .area_light([0.0, 2.6, -0.3], [0.8, 0.0, 0.0], [0.0, 0.0, 0.8], 8.0, 0.5)
         .light(Light::Environment { radiance: Colour::new(0.3, 0.4, 0.5) }, 0.3)
-        .light(
-            Light::Directional { direction: DVec3::new(0.4, -1.0, 0.5).normalize(), irradiance: Colour::ONE },
-            0.2,
-        )
+        .light(Light::Directional { direction: DVec3::new(0.4, -1.0, 0.5).normalize(), irradiance: Colour::ONE }, 0.2)
 }
