@@ -38,8 +38,10 @@ impl Film<'_> {
 
     fn cell(&mut self, pixel: DVec2) -> Option<&mut Cell> {
         let inside = pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < f64::from(self.width) && pixel.y < f64::from(self.height);
-        let index = floor(pixel.y) as usize * self.width as usize + floor(pixel.x) as usize;
-        if inside { self.cells.get_mut(index) } else { None }
+        if !inside {
+            return None;
+        }
+        self.cells.get_mut(floor(pixel.y) as usize * self.width as usize + floor(pixel.x) as usize)
     }
 
     /// Adds the cells of another film of the same size, and how many splats it dropped.

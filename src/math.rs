@@ -102,5 +102,7 @@ pub fn around_direction(axis: DVec3, direction: DVec3) -> (f64, f64) {
     let (s, t) = orthonormal_basis(axis);
     let angle = libm::atan2(direction.dot(t), direction.dot(s));
     let turn = angle / (2.0 * PI);
-    (axis.dot(direction), if turn < 0.0 { turn + 1.0 } else { turn })
+    // A tiny negative turn plus 1 rounds to 1.
+    let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+    (axis.dot(direction), if turn < 1.0 { turn } else { 0.0 })
 }

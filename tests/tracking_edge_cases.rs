@@ -121,10 +121,12 @@ fn lines_that_miss_or_graze_the_box() {
         assert!(density.moments(&stretch).gradient.is_finite(), "{stretch:?}");
     }
     for x in [0.0, 1.0] {
-        let in_face = density.moments(&stretch([x, 0.4, -1.0], [0.0, 0.0, 1.0], 9.0));
+        let along_z = |x: f64| density.moments(&stretch([x, 0.4, -1.0], [0.0, 0.0, 1.0], 9.0));
+        let in_face = along_z(x);
         // In the outermost half cell the density is that at the face.
         let just_inside = 0.01 + 0.98 * x;
         let [inside, ..] = optical_depth_in_medium(&medium, [just_inside, 0.4, -1.0], [just_inside, 0.4, 8.0]);
+        assert!((along_z(just_inside).integral - inside).abs() < ROUNDING, "{inside} beside the face");
         assert!(in_face.integral == 0.0 || (in_face.integral - inside).abs() < ROUNDING, "{in_face:?}, {inside}");
         assert!(in_face.gradient.is_finite() && in_face.first_moment.is_finite(), "{in_face:?}");
     }

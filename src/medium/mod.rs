@@ -108,7 +108,9 @@ impl Density<'_> {
     /// The distance at which ∫ ρ from the start reaches `target` ≥ 0.
     pub fn invert(&self, stretch: &Stretch, target: f64) -> Inversion {
         match self {
-            Self::Homogeneous if stretch.start + target <= stretch.end => Inversion::At(stretch.start + target),
+            Self::Homogeneous if target.is_finite() && stretch.start + target <= stretch.end => {
+                Inversion::At(stretch.start + target)
+            }
             Self::Homogeneous => Inversion::Beyond(stretch.end - stretch.start),
             Self::Grid(grid) => grid.invert(stretch, target),
         }

@@ -42,39 +42,56 @@ pub trait PrimarySample {
     fn vertex(&mut self, index: u32) -> VertexNumbers;
 }
 
-/// Independent uniform numbers.
+/// Uniform numbers: independent ones, but for the place within the pixel, which the passes spread evenly. What is seen directly has no
+/// other noise than that.
 #[derive(Clone, Debug)]
-pub struct RandomNumbers(Pcg32);
+pub struct RandomNumbers {
+    rng: Pcg32,
+    place: [u32; 2],
+}
 
-/// Streams of one sample that must not share numbers.
+/// What of one sample, or of all samples of a pixel, must not share numbers.
 const PATH: u64 = 0;
 const SHIFT: u64 = 1;
+const PLACE: u64 = 2;
+
+/// 2³²/φ and 2³²/φ², where φ³ = φ + 1: multiples of these, modulo 2³², fill the unit square evenly.
+/// Source: M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018 (R₂).
+const SPREAD: [u32; 2] = [3_242_174_889, 2_447_445_414];
 
 impl RandomNumbers {
     /// The path through `pixel` in `pass`.
     pub fn for_path(seed: u64, pass: u64, pixel: u32) -> Self {
-        Self(stream(seed, pass, pixel, PATH))
+        // A random place per pixel, moved on by each pass: each alone is uniform.
+        let mut start = stream(seed, 0, pixel, PLACE);
+        let place = SPREAD.map(|step| start.next_u32().wrapping_add(step.wrapping_mul(pass as u32)));
+        Self { rng: stream(seed, pass, pixel, PATH), place }
     }
 }
 
 impl PrimarySample for RandomNumbers {
-    fn vertex(&mut self, _index: u32) -> VertexNumbers {
-        core::array::from_fn(|_| uniform(&mut self.0))
+    fn vertex(&mut self, index: u32) -> VertexNumbers {
+        let mut numbers = core::array::from_fn(|_| uniform(self.rng.next_u32()));
+        if index == 0 {
+            [numbers[Slot::DirectionU as usize], numbers[Slot::DirectionV as usize]] = self.place.map(uniform);
+        }
+        numbers
     }
 }
 
 /// Uniform numbers for the shifts of the path through `pixel` in `pass`, independent of the path's own.
 pub fn shift_numbers(seed: u64, pass: u64, pixel: u32) -> impl FnMut() -> f64 {
     let mut rng = stream(seed, pass, pixel, SHIFT);
-    move || uniform(&mut rng)
+    move || uniform(rng.next_u32())
 }
 
-/// A generator whose state mixes seed and pass, on the increment that belongs to (pixel, purpose).
+/// A generator whose state mixes seed, pass, pixel and purpose, on an increment of its own per pixel and purpose.
 fn stream(seed: u64, pass: u64, pixel: u32, purpose: u64) -> Pcg32 {
+    let address = u64::from(pixel) << 2 | purpose;
     let mut key = [0; 16];
     let (state, increment) = key.split_at_mut(8);
-    state.copy_from_slice(&mix(mix(seed) ^ mix(pass.wrapping_add(1)) ^ mix(u64::from(pixel) << 1 | purpose)).to_le_bytes());
-    increment.copy_from_slice(&(u64::from(pixel) << 2 | purpose << 1).to_le_bytes());
+    state.copy_from_slice(&mix(mix(mix(seed) ^ pass) ^ address).to_le_bytes());
+    increment.copy_from_slice(&(address << 1).to_le_bytes());
     Pcg32::from_seed(key)
 }
 
@@ -88,6 +105,6 @@ fn mix(mut z: u64) -> u64 {
 }
 
 /// The middle of one of 2³² equal parts of (0, 1): never 0 or 1.
-fn uniform(rng: &mut Pcg32) -> f64 {
-    (f64::from(rng.next_u32()) + 0.5) * (1.0 / 4_294_967_296.0)
+fn uniform(number: u32) -> f64 {
+    (f64::from(number) + 0.5) * (1.0 / 4_294_967_296.0)
 }
