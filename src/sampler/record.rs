@@ -148,7 +148,7 @@ impl Record {
             Stage::Beyond { wing: false, .. } => self.add_plain(1, self.beyond),
             _ => {}
         }
-        self.shiftable.filter(Shiftable::carries)
+        self.shiftable.and_then(Shiftable::without_empty_links)
     }
 
     fn add_plain(&mut self, link: usize, rest: Colour) {

@@ -85,6 +85,10 @@ impl Link {
         }
     }
 
+    fn carries(&self) -> bool {
+        self.plain.max_element() > 0.0 || self.wings().iter().any(|(_, rest)| rest.max_element() > 0.0)
+    }
+
     pub fn wings(&self) -> &[(DVec3, Colour)] {
         self.wings.get(..self.wing_count).unwrap_or(&[])
     }
@@ -161,12 +165,12 @@ impl Shiftable {
         Self { x, image, medium, optical_depth, media: Media::from(segments), links: [None; MAX_LINKS] }
     }
 
-    /// Whether any contribution is not 0.
-    pub fn carries(&self) -> bool {
-        self.links
-            .iter()
-            .flatten()
-            .any(|link| link.plain.max_element() > 0.0 || link.wings().iter().any(|(_, rest)| rest.max_element() > 0.0))
+    /// Drops links that carry nothing; None if that is all of them.
+    pub fn without_empty_links(mut self) -> Option<Self> {
+        for link in &mut self.links {
+            *link = link.take().filter(Link::carries);
+        }
+        self.links.iter().any(Option::is_some).then_some(self)
     }
 
     /// The value of link `i` where the path was sampled.
