@@ -280,7 +280,8 @@ typedef struct volgrad_vertex {
   uint32_t kind;
   // Index into the scene's media, materials or lights, by kind. Unused for the camera.
   uint32_t index;
-  // World position; for an environment or directional light the unit direction towards it. The camera's is the scene camera's.
+  // World position; for an environment or directional light the unit direction towards it. Unused for the camera, whose position
+  // is the scene's.
   struct volgrad_vec3 position;
   // Geometric unit normal of a surface or area light; unused otherwise.
   struct volgrad_vec3 normal;
@@ -652,7 +653,7 @@ volgrad_status volgrad_phase_invert(const struct volgrad_phase *phase,
 // Paths that fail this are safe to hand over, but what comes back has no meaning.
 volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const struct volgrad_path *path, struct volgrad_error *error);
 
-// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (4)]. With specular vertices only
+// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
 // ratios over the same chain have a meaning. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
 volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene, const struct volgrad_path *path, double *rgb);
 

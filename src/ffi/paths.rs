@@ -79,7 +79,7 @@ pub unsafe extern "C" fn volgrad_path_validate(
     finish(result)
 }
 
-/// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (4)]. With specular vertices only
+/// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
 /// ratios over the same chain have a meaning. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_contribution(

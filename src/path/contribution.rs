@@ -1,6 +1,6 @@
 //! The contribution f(x̄) of a path, factor by factor:
 //!
-//!     f = We Π_edges [ G Tr ] Π_inner [ σ_s f_p  or  f_r ] Le        [Lu20 (4)]
+//!     f = We Π_edges [ G Tr ] Π_inner [ σ_s f_p  or  f_r ] Le        [Lu20 (5)]
 //!
 //! With specular vertices f is meant without their delta factors, in (direction, distance) measure along the chain.
 
@@ -43,11 +43,11 @@ pub fn factors(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathErro
 
 /// Unit vector from vertex i to a neighbour of it.
 fn towards(path: &Path, scene: &Scene, i: usize, neighbour: usize) -> Result<DVec3, PathError> {
-    let to = path.vertex(neighbour)?.position.wide();
+    let to = path.position(scene, neighbour)?;
     if path.node(scene, neighbour)?.is_direction() {
         return Ok(to);
     }
-    let v = to - path.vertex(i)?.position.wide();
+    let v = to - path.position(scene, i)?;
     v.try_normalize().ok_or(PathErrorKind::ZeroLength.at(i))
 }
 
@@ -93,6 +93,6 @@ fn geometry(scene: &Scene, path: &Path, i: usize) -> Result<f64, PathError> {
     if far.is_direction() || near.is_specular() || far.is_specular() {
         return Ok(near_cosine);
     }
-    let distance_squared = (to.position.wide() - from.position.wide()).length_squared();
+    let distance_squared = (path.position(scene, i + 1)? - path.position(scene, i)?).length_squared();
     Ok(near_cosine * cosine(&far, to.normal.wide()) / distance_squared)
 }

@@ -191,7 +191,7 @@ fn neighbour(scene: &Scene, path: &Path, i: usize, q: usize, o: Option<usize>) -
     let normal = node.has_cosine().then(|| vertex.normal.wide());
     let wing = match (node, o) {
         (Node::Medium(medium), Some(o)) => {
-            let other = path.vertex(o)?.position.wide();
+            let other = path.position(scene, o)?;
             let to_other = if path.node(scene, o)?.is_direction() { other } else { other - position };
             let to_other = to_other.try_normalize().ok_or(PathErrorKind::ZeroLength.at(q))?;
             Some(Wing { phase: medium.phase, to_other })

@@ -17,7 +17,8 @@ pub struct Vertex {
     pub kind: u32,
     /// Index into the scene's media, materials or lights, by kind. Unused for the camera.
     pub index: u32,
-    /// World position; for an environment or directional light the unit direction towards it. The camera's is the scene camera's.
+    /// World position; for an environment or directional light the unit direction towards it. Unused for the camera, whose position
+    /// is the scene's.
     pub position: Vec3,
     /// Geometric unit normal of a surface or area light; unused otherwise.
     pub normal: Vec3,
@@ -100,6 +101,11 @@ impl<'a> Path<'a> {
         self.vertices.get(i).ok_or(PathErrorKind::BadIndex.at(i))
     }
 
+    /// Where vertex `i` is: the scene's camera, or as the vertex says; for a light at infinity the direction.
+    pub fn position(&self, scene: &Scene, i: usize) -> Result<DVec3, PathError> {
+        Ok(if i == 0 { scene.camera.position } else { self.vertex(i)?.position.wide() })
+    }
+
     /// Looks vertex `i` up.
     pub fn node<'s>(&self, scene: &'s Scene<'s>, i: usize) -> Result<Node<'s>, PathError> {
         let vertex = self.vertex(i)?;
@@ -120,8 +126,7 @@ impl<'a> Path<'a> {
     where
         'a: 's,
     {
-        let from = self.vertex(i)?.position.wide();
-        let to = self.vertex(i + 1)?.position.wide();
+        let (from, to) = (self.position(scene, i)?, self.position(scene, i + 1)?);
         let (direction, length) = if self.node(scene, i + 1)?.is_direction() {
             (to, f64::INFINITY)
         } else {
