@@ -231,3 +231,12 @@ pub struct volgrad_queries {
     /// Whether any surface is in [t_min, t_max), and if none, the media up to t_max.
     pub occluded: volgrad_query_fn,
 }
+
+// Frozen per ABI version; tests/c/layout_test.c asserts the same in C.
+#[cfg(target_pointer_width = "64")]
+const _: () = {
+    assert!(size_of::<Vec3>() == 12 && size_of::<Rgb>() == 12 && size_of::<Segment>() == 20);
+    assert!(size_of::<Vertex>() == 44 && size_of::<Ray>() == 36 && size_of::<Hit>() == 372);
+    assert!(size_of::<volgrad_camera>() == 96 && size_of::<volgrad_phase>() == 8 && size_of::<volgrad_medium>() == 120);
+    assert!(size_of::<volgrad_material>() == 64 && size_of::<volgrad_light>() == 112 && size_of::<volgrad_path>() == 32);
+};

@@ -1,0 +1,45 @@
+/* Structs that are frozen per VOLGRAD_ABI_VERSION keep their layout on 64-bit machines. src/ffi/types.rs asserts the same sizes. */
+#include <assert.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include "volgrad.h"
+
+static_assert(VOLGRAD_ABI_VERSION == 1, "a new version may change what follows");
+
+#define SIZE(type, size) static_assert(sizeof(type) == (size), #type " changed its size")
+#define OFFSET(type, field, offset) static_assert(offsetof(type, field) == (offset), #type "." #field " moved")
+
+SIZE(volgrad_vec3, 12);
+SIZE(volgrad_rgb, 12);
+SIZE(volgrad_camera, 96);
+OFFSET(volgrad_camera, position, 32);
+OFFSET(volgrad_camera, tan_half_fov_x, 80);
+SIZE(volgrad_phase, 8);
+SIZE(volgrad_medium, 120);
+OFFSET(volgrad_medium, density, 40);
+OFFSET(volgrad_medium, local_to_world, 60);
+OFFSET(volgrad_medium, custom, 112);
+SIZE(volgrad_material, 64);
+OFFSET(volgrad_material, eta, 20);
+OFFSET(volgrad_material, custom, 56);
+SIZE(volgrad_light, 112);
+OFFSET(volgrad_light, position, 24);
+OFFSET(volgrad_light, direction, 64);
+SIZE(volgrad_segment, 20);
+SIZE(volgrad_vertex, 44);
+SIZE(volgrad_path, 32);
+SIZE(volgrad_ray, 36);
+SIZE(volgrad_hit, 372);
+OFFSET(volgrad_hit, normal, 20);
+OFFSET(volgrad_hit, segments, 52);
+SIZE(volgrad_line, 40);
+SIZE(volgrad_splat, 20);
+SIZE(volgrad_shift_options, 24);
+SIZE(volgrad_path_sampler_options, 48);
+
+int main(void)
+{
+    puts("1 passed, 0 failed");
+    return 0;
+}
