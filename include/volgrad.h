@@ -7,8 +7,8 @@
  *  - A const pointer is not written to, and may be shared between threads. A non-const one belongs to one thread at a time.
  *  - The library starts no threads, has no globals, and allocates nothing (but for volgrad_exr_*). Objects live in memory of yours:
  *    ask for the size, hand the memory over, free it when you like.
- *  - Structs that begin with struct_size are filled by a _default function, or zeroed and given their size, so that programs built
- *    against an older header keep working. All other structs are frozen per VOLGRAD_ABI_VERSION. Reserved fields are 0.
+ *  - Structs that begin with struct_size are filled by their _default function or, if there is none, zeroed and given their size, so
+ *    that programs built against an older header keep working. All other structs are frozen per VOLGRAD_ABI_VERSION. Reserved fields are 0.
  *  - Callbacks get `user` back, run on the thread that called volgrad, and must not throw or longjmp.
  *
  * The functions come in three layers, each complete without the next: kernels (lines, phase functions, paths), shifts for any
@@ -23,7 +23,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Most media that one ray or edge may cross, and so the capacity of `Hit::segments`.
+// Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 #define VOLGRAD_MAX_SEGMENTS 16
 
 // No batch: every path stays as it is.
@@ -32,7 +32,7 @@
 // exp(<gradient of log f, offset>): biased, of order radius^2; no ray queries.
 #define VOLGRAD_SHIFT_LOG_LINEAR 1
 
-// f(y)/f(x), staying at x where f(y) = 0 or where 1/d^2 would make the variance infinite: unbiased.
+// f(y)/f(x), staying at x where that is 0 or outside [1/4, 4]: unbiased.
 #define VOLGRAD_SHIFT_EXACT 2
 
 // All around a common centre, weighted f(y)/sum f: unbiased, weights in [0, 1].
@@ -158,13 +158,7 @@ typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// The host's callbacks.
-typedef struct HostQueries HostQueries;
-
-// Henyey–Greenstein with mean cosine `g`; 0 is isotropic.
-typedef struct Phase Phase;
-
-// A film. It holds no pointer, so its memory may be copied, moved and stored.
+// A film. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_film_size` bytes.
 typedef struct volgrad_film volgrad_film;
 
 // A scene without its geometry. Lives in memory of the caller; must not be moved.
@@ -201,7 +195,7 @@ typedef struct volgrad_exr_layout {
 // A named text or number stored beside an image.
 typedef struct volgrad_exr_attribute {
   const char *name;
-  // UTF-8 text, or NULL for a number.
+  // UTF-8 text, or NULL for a number. (All texts and paths here are UTF-8.)
   const char *text;
   double number;
 } volgrad_exr_attribute;
@@ -440,11 +434,11 @@ typedef struct volgrad_path_sampler_stats {
   uint64_t occlusion_rays;
   // Paths that got a batch.
   uint64_t shifted_paths;
-  // Offsets tried, counted per edge (to a light, to the next vertex) that they change.
+  // Offsets tried; one that changes several contributions of a path differently counts once for each.
   uint64_t shifts;
   // Those that light does not reach, or that stayed for another reason.
   uint64_t stays;
-  // Rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`; what they would have carried is missing.
+  // Rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`; all that they would have carried is missing.
   uint64_t overflows;
 } volgrad_path_sampler_stats;
 
@@ -621,7 +615,8 @@ volgrad_status volgrad_line_sample_distance(const struct volgrad_scene *scene,
                                             double u,
                                             struct volgrad_flight *result);
 
-// The number u from which `volgrad_line_sample_distance` makes a collision at the far end of this (shorter) line.
+// The number u from which `volgrad_line_sample_distance` makes a collision at the far end of this (shorter) line: 0 in vacuum, and
+// rounded to 1 where practically nothing arrives, neither of which can be sampled.
 volgrad_status volgrad_line_invert_distance(const struct volgrad_scene *scene, const struct volgrad_line *line, double *u);
 
 // tau of a line alone.
@@ -654,8 +649,10 @@ volgrad_status volgrad_phase_invert(const struct volgrad_phase *phase,
 volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const struct volgrad_path *path, struct volgrad_error *error);
 
 // The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
-// ratios over the same chain have a meaning. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
-volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene, const struct volgrad_path *path, double *rgb);
+// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
+volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene,
+                                         const struct volgrad_path *path,
+                                         double *rgb);
 
 // The factors of f, one per vertex; their product is f. `capacity` of `result`: at least the path's vertex_count.
 // Checks kinds and indices, nothing else.
@@ -665,7 +662,7 @@ volgrad_status volgrad_path_factors(const struct volgrad_scene *scene,
                                     uintptr_t capacity);
 
 // The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
-// light's direction stays too). Costs about two optical depths with gradients. Checks kinds and indices, nothing else.
+// light's direction stays too). Costs two optical depths with gradients, and f once. Checks kinds and indices, nothing else.
 // `VOLGRAD_ERROR_NOT_MOVABLE`: not in a medium or next to a specular surface; `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
 volgrad_status volgrad_path_log_gradient(const struct volgrad_scene *scene,
                                          const struct volgrad_path *path,
@@ -680,7 +677,8 @@ volgrad_status volgrad_path_sampler_options_default(struct volgrad_path_sampler_
 //
 // What a pass adds depends on (scene, options, pass, pixels) only. The image is `volgrad_film_develop` with scale 1/passes, once every
 // pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.
-// `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or `VOLGRAD_ERROR_INVALID_HIT` the film and stats hold what was done before.
+// `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or `VOLGRAD_ERROR_INVALID_HIT` the film holds
+// the paths that were done before, as many as `stats.paths` has grown by: the next call can go on from there.
 volgrad_status volgrad_path_sampler_run(const struct volgrad_scene *scene,
                                         const struct volgrad_queries *queries,
                                         const struct volgrad_path_sampler_options *options,
@@ -696,7 +694,7 @@ volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr
 // Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
 // the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids are borrowed as long.
 // The bounds of every grid are computed here, so this reads all densities once.
-// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong.
+// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 volgrad_status volgrad_scene_init(void *memory,
                                   uintptr_t bytes,
                                   const struct volgrad_scene_desc *desc,

@@ -42,15 +42,15 @@ pub fn write(path: &Path, layout: &Layout, rgb: &[f32], attributes: &[Attribute]
     for attribute in attributes {
         let (name, value) = match *attribute {
             Attribute::Number(name, number) => (name, AttributeValue::F64(number)),
-            Attribute::Text(name, text) => (name, AttributeValue::Text(text_of(text)?)),
+            Attribute::Text(name, text) => (name, AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()))),
         };
-        image.layer_data.attributes.other.insert(text_of(name)?, value);
+        image.layer_data.attributes.other.insert(name_of(name)?, value);
     }
     image.write().to_file(path).map_err(|error| error.to_string())
 }
 
-fn text_of(text: &str) -> core::result::Result<Text, String> {
-    Text::new_or_none(text).ok_or_else(|| std::format!("an EXR attribute cannot hold the text {text:?}"))
+fn name_of(text: &str) -> core::result::Result<Text, String> {
+    Text::new_or_none(text).ok_or_else(|| std::format!("{text:?} cannot name an EXR attribute"))
 }
 
 /// The windows of a file.

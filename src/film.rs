@@ -28,7 +28,7 @@ impl Film<'_> {
     /// Adds a splat to the pixel that contains `pixel`.
     pub fn add(&mut self, pixel: DVec2, value: Colour) {
         let Some(cell) = self.cell(pixel).filter(|_| value.abs().max_element() < LARGEST && !value.is_nan()) else {
-            *self.dropped += 1;
+            *self.dropped = self.dropped.saturating_add(1);
             return;
         };
         for (sum, v) in cell.0.iter_mut().zip(value.to_array()) {
@@ -51,7 +51,7 @@ impl Film<'_> {
                 *sum = sum.saturating_add(v);
             }
         }
-        *self.dropped += dropped;
+        *self.dropped = self.dropped.saturating_add(dropped);
     }
 }
 

@@ -1,6 +1,6 @@
 //! volgrad: gradients of light paths in participating media, batches of correlated paths, and the samplers that use them.
 //!
-//! The core is `no_std`, allocates nothing, starts nothing and panics never. Data flows down this list; no module uses a later one.
+//! The core is `no_std`, allocates nothing, starts nothing and panics never. ARCHITECTURE.md has the order of its modules.
 //! Source: G. Lu, *Gradient-Domain Volume Rendering*, Utrecht 2020, cited as `[Lu20 (n)]`; see ARCHITECTURE.md.
 
 #![no_std]

@@ -72,6 +72,9 @@ pub fn camera(c: &volgrad_camera, media_count: u32) -> Result<Camera, Fault> {
     if c.crop_x0 >= c.crop_x1 || c.crop_x1 > c.width || c.crop_y0 >= c.crop_y1 || c.crop_y1 > c.height {
         return Place(c"camera.crop_x0 ... camera.crop_y1", 0).range();
     }
+    if c.lens_radius != 0.0 {
+        return Place(c"camera.lens_radius", 0).range();
+    }
     if c.medium != NONE && c.medium >= media_count {
         return Err(VOLGRAD_ERROR_INDEX.at(c"camera.medium", 0));
     }
@@ -82,6 +85,9 @@ pub fn camera(c: &volgrad_camera, media_count: u32) -> Result<Camera, Fault> {
     if skew > UNIT_TOLERANCE {
         return Place(c"camera.forward, camera.right, camera.up", 0).range();
     }
+    // What single precision lacks in orthogonality is mended.
+    let right = (right - forward.dot(right) * forward).normalize();
+    let up = (up - forward.dot(up) * forward - right.dot(up) * right).normalize();
     Ok(Camera {
         position: Place(c"camera.position", 0).point(c.position)?,
         forward,
@@ -109,6 +115,9 @@ pub fn phase(p: &volgrad_phase, place: Place) -> Result<Phase, Fault> {
 
 /// The colours and phase function of medium `i`.
 pub fn medium(m: &volgrad_medium, i: usize) -> Result<(Colour, Colour, Phase), Fault> {
+    if !m.custom.is_null() {
+        return Place(c"media: a reserved field", i).range();
+    }
     Ok((
         Place(c"media.sigma_t", i).colour(m.sigma_t, not_negative)?,
         Place(c"media.albedo", i).colour(m.albedo, share)?,
@@ -146,6 +155,10 @@ pub fn grid_transform(m: &volgrad_medium, i: usize) -> Result<DAffine3, Fault> {
 }
 
 pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
+    let conductor = [m.conductor_eta.wide(), m.conductor_k.wide()] != [Colour::ZERO; 2];
+    if m.flags != 0 || m.roughness != 0.0 || conductor || !m.custom.is_null() {
+        return Place(c"materials: a reserved field", i).range();
+    }
     let reflectance = || Place(c"materials.reflectance", i).colour(m.reflectance, share);
     match m.kind {
         VOLGRAD_MATERIAL_DIFFUSE => Ok(Bsdf::Diffuse { albedo: reflectance()? }),
@@ -156,6 +169,10 @@ pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
 }
 
 pub fn light(l: &volgrad_light, i: usize) -> Result<Light, Fault> {
+    let image = !l.image.is_null() || l.image_width != 0 || l.image_height != 0;
+    if l.flags != 0 || l.cos_inner != 0.0 || l.cos_outer != 0.0 || image || !l.custom.is_null() {
+        return Place(c"lights: a reserved field", i).range();
+    }
     let emission = Place(c"lights.emission", i).colour(l.emission, not_negative)?;
     let position = || Place(c"lights.position", i).point(l.position);
     let edges = || -> Result<(DVec3, DVec3), Fault> {

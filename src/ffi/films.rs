@@ -10,7 +10,7 @@ use core::ffi::c_void;
 use core::mem::size_of;
 use core::slice;
 
-/// A film. It holds no pointer, so its memory may be copied, moved and stored.
+/// A film. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_film_size` bytes.
 #[repr(C, align(16))]
 pub struct volgrad_film {
     stamp: u64,
@@ -33,25 +33,20 @@ pub struct volgrad_splat {
     pub value: Rgb,
 }
 
-impl volgrad_film {
-    /// # Safety
-    /// The film was initialised, so that its cells follow it.
-    unsafe fn open(&mut self) -> Result<Film<'_>, Fault> {
-        if self.stamp != STAMP {
-            return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
-        }
-        let count = image_size(self.width, self.height)?;
-        // SAFETY: the stamp says that volgrad_film_init checked room for this many cells and cleared them.
-        let cells = unsafe { slice::from_raw_parts_mut((&raw mut *self).add(1).cast::<Cell>(), count) };
-        Ok(Film { width: self.width, height: self.height, cells, dropped: &mut self.dropped })
-    }
-}
-
 /// # Safety
-/// As for `exclusive`; the film was initialised.
+/// As for `exclusive`; the film was initialised, so that its cells follow it.
 pub(super) unsafe fn film<'a>(pointer: *mut volgrad_film) -> Result<Film<'a>, Fault> {
     // SAFETY: the caller's promise.
-    unsafe { exclusive(pointer)?.open() }
+    let object = unsafe { exclusive(pointer) }?;
+    if object.stamp != STAMP {
+        return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
+    }
+    let (width, height) = (object.width, object.height);
+    let count = image_size(width, height)?;
+    // SAFETY: the stamp says that volgrad_film_init checked room for this many cells behind the head and cleared them.
+    let cells = unsafe { slice::from_raw_parts_mut(pointer.add(1).cast::<Cell>(), count) };
+    // SAFETY: the head and the cells do not overlap.
+    Ok(Film { width, height, cells, dropped: unsafe { &mut (*pointer).dropped } })
 }
 
 /// The cells of a film that is only read.
@@ -131,11 +126,13 @@ pub unsafe extern "C" fn volgrad_film_add(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_film_merge(into: *mut volgrad_film, from: *const volgrad_film) -> volgrad_status {
     finish((|| {
+        // SAFETY: the header's contract.
+        let (source, cells) = unsafe { self::cells(from) }?;
         if core::ptr::eq(into, from) {
             return Err(VOLGRAD_ERROR_RANGE.into());
         }
         // SAFETY: the header's contract; the films are not the same.
-        let ((source, cells), mut target) = unsafe { (self::cells(from)?, self::film(into)?) };
+        let mut target = unsafe { self::film(into) }?;
         if (source.width, source.height) != (target.width, target.height) {
             return Err(VOLGRAD_ERROR_SIZE_MISMATCH.into());
         }
@@ -163,7 +160,7 @@ pub unsafe extern "C" fn volgrad_film_develop(
             return Err(VOLGRAD_ERROR_TOO_SMALL.into());
         }
         // SAFETY: the header's contract.
-        let rgb = unsafe { array_mut(rgb, count) }?;
+        let rgb = unsafe { array_mut(rgb, 3 * cells.len()) }?;
         for (pixel, cell) in rgb.chunks_exact_mut(3).zip(cells) {
             let Rgb { r, g, b } = (cell.value() * scale).into();
             pixel.copy_from_slice(&[r, g, b]);

@@ -13,7 +13,7 @@ use std::vec::Vec;
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_exr_attribute {
     pub name: *const c_char,
-    /// UTF-8 text, or NULL for a number.
+    /// UTF-8 text, or NULL for a number. (All texts and paths here are UTF-8.)
     pub text: *const c_char,
     pub number: f64,
 }
@@ -63,7 +63,8 @@ pub unsafe extern "C" fn volgrad_exr_write(
         let (path, layout, rgb) = unsafe { (text(path)?, reference(layout)?, array(rgb, count)?) };
         let attributes = unsafe { array(attributes, attribute_count as usize) }?;
         let area = layout.window_width as usize * layout.window_height as usize;
-        if area == 0 || area.checked_mul(3) != Some(count) {
+        let image = layout.width as usize * layout.height as usize;
+        if area == 0 || image == 0 || area.checked_mul(3) != Some(count) {
             return Err(VOLGRAD_ERROR_RANGE.into());
         }
         let attribute = |a: &volgrad_exr_attribute| {
@@ -118,10 +119,15 @@ pub unsafe extern "C" fn volgrad_exr_read(path: *const c_char, rgb: *mut f32, co
     finish((|| {
         // SAFETY: the header's contract.
         let path = unsafe { text(path) }?;
-        let pixels = guarded(|| exr::read(Path::new(path)).map_err(|_| VOLGRAD_ERROR_FILE.into()))?;
-        if count < pixels.len() {
-            return Err(VOLGRAD_ERROR_TOO_SMALL.into());
-        }
+        let pixels = guarded(|| {
+            // The size first: a broken file may claim more than there is memory.
+            let layout = exr::read_layout(Path::new(path)).map_err(|_| VOLGRAD_ERROR_FILE)?;
+            let floats = layout.window_width.checked_mul(layout.window_height).and_then(|n| n.checked_mul(3));
+            if floats.is_none_or(|floats| floats > count) {
+                return Err(VOLGRAD_ERROR_TOO_SMALL.into());
+            }
+            exr::read(Path::new(path)).map_err(|_| VOLGRAD_ERROR_FILE.into())
+        })?;
         // SAFETY: the header's contract.
         unsafe { array_mut(rgb, pixels.len()) }?.copy_from_slice(&pixels);
         Ok(())

@@ -59,15 +59,9 @@ unsafe fn line<'a>(scene: &'a Scene<'a>, pointer: *const volgrad_line) -> Result
         return Err(status.at(c"line.length", 0));
     }
     check_segments(scene, segments, line.length)?;
-    Ok(Line {
-        media: scene.media,
-        origin: Place(c"line.origin", 0).point(line.origin)?,
-        direction: Place(c"line.direction", 0).unit(line.direction)?,
-        start: 0.0,
-        start_normal: DVec3::ZERO,
-        length: line.length.into(),
-        segments,
-    })
+    let origin = Place(c"line.origin", 0).point(line.origin)?;
+    let direction = Place(c"line.direction", 0).unit(line.direction)?;
+    Ok(Line::new(scene.media, origin, direction, line.length.into(), segments))
 }
 
 fn check_segments(scene: &Scene, segments: &[Segment], length: f32) -> Result<(), Fault> {
@@ -78,6 +72,9 @@ fn check_segments(scene: &Scene, segments: &[Segment], length: f32) -> Result<()
         }
         if !(segment.end >= reached) {
             return Err(VOLGRAD_ERROR_SEGMENTS.at(c"segments.end", i));
+        }
+        if i + 1 < segments.len() {
+            Place(c"segments.normal", i).unit(segment.normal)?;
         }
         reached = segment.end;
     }
@@ -143,7 +140,8 @@ fn check_number(u: f64) -> Result<(), Fault> {
     if u > 0.0 && u < 1.0 { Ok(()) } else { Err(VOLGRAD_ERROR_RANGE.at(c"u", 0)) }
 }
 
-/// The number u from which `volgrad_line_sample_distance` makes a collision at the far end of this (shorter) line.
+/// The number u from which `volgrad_line_sample_distance` makes a collision at the far end of this (shorter) line: 0 in vacuum, and
+/// rounded to 1 where practically nothing arrives, neither of which can be sampled.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_line_invert_distance(
     scene: *const volgrad_scene,

@@ -80,7 +80,7 @@ pub unsafe extern "C" fn volgrad_path_validate(
 }
 
 /// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
-/// ratios over the same chain have a meaning. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
+/// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_contribution(
     scene: *const volgrad_scene,
@@ -125,7 +125,7 @@ pub unsafe extern "C" fn volgrad_path_factors(
 }
 
 /// The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
-/// light's direction stays too). Costs about two optical depths with gradients. Checks kinds and indices, nothing else.
+/// light's direction stays too). Costs two optical depths with gradients, and f once. Checks kinds and indices, nothing else.
 /// `VOLGRAD_ERROR_NOT_MOVABLE`: not in a medium or next to a specular surface; `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_log_gradient(

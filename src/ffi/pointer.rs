@@ -4,7 +4,7 @@ use super::status::volgrad_status::{self, *};
 use core::mem::size_of;
 use core::slice;
 
-fn check<T>(pointer: *const T) -> Result<(), volgrad_status> {
+pub fn check<T>(pointer: *const T) -> Result<(), volgrad_status> {
     if pointer.is_null() {
         Err(VOLGRAD_ERROR_NULL)
     } else if !pointer.is_aligned() {
@@ -74,48 +74,66 @@ fn fits<T>(count: usize) -> Result<(), volgrad_status> {
     }
 }
 
-/// A struct that starts with its size: the known part of the caller's over `defaults`. An older caller's struct is shorter; a newer
-/// one's extra bytes must be 0.
+/// The struct_size of a caller's T, whose bytes beyond what this library knows are 0.
 ///
 /// # Safety
-/// `pointer`, if not NULL and aligned, points to as many bytes as the u32 there says; any bytes are a valid `T`.
-pub unsafe fn sized<T: Copy>(pointer: *const T, defaults: T) -> Result<T, volgrad_status> {
+/// `pointer`, if not NULL and aligned, points to as many bytes as the u32 there says.
+unsafe fn declared_size<T>(pointer: *const T) -> Result<usize, volgrad_status> {
     check(pointer)?;
     // SAFETY: T is aligned and starts with a u32.
     let size = unsafe { pointer.cast::<u32>().read() } as usize;
-    if size < size_of::<u32>() || size > LARGEST_STRUCT {
-        return Err(VOLGRAD_ERROR_STRUCT_SIZE);
-    }
+    plausible(size)?;
     // SAFETY: the caller's promise covers `size` bytes.
     let bytes = unsafe { slice::from_raw_parts(pointer.cast::<u8>(), size) };
-    if bytes.iter().skip(size_of::<T>()).any(|byte| *byte != 0) {
+    let unknown = bytes.get(size_of::<T>()..).unwrap_or(&[]);
+    if unknown.iter().all(|byte| *byte == 0) { Ok(size) } else { Err(VOLGRAD_ERROR_STRUCT_SIZE) }
+}
+
+/// A struct with pointers that starts with its size. Half of a pointer is none, so all of it must be there: no struct of this ABI version
+/// has a shorter ancestor yet.
+///
+/// # Safety
+/// As for `declared_size`; any bytes are a valid `T`.
+pub unsafe fn sized<T: Copy>(pointer: *const T) -> Result<T, volgrad_status> {
+    // SAFETY: the caller's promise.
+    if unsafe { declared_size(pointer) }? < size_of::<T>() {
         return Err(VOLGRAD_ERROR_STRUCT_SIZE);
     }
+    // SAFETY: the size says that all of T is there.
+    Ok(unsafe { pointer.read() })
+}
+
+/// A struct of numbers that starts with its size: the part that the caller has, over `defaults`.
+///
+/// # Safety
+/// As for `declared_size`; any bytes are a valid `T`.
+pub unsafe fn sized_over<T: Copy>(pointer: *const T, defaults: T) -> Result<T, volgrad_status> {
+    // SAFETY: the caller's promise.
+    let known = unsafe { declared_size(pointer) }?.min(size_of::<T>());
     let mut value = defaults;
-    // SAFETY: both ranges hold this many bytes and do not overlap: `value` is ours.
-    unsafe { (&raw mut value).cast::<u8>().copy_from_nonoverlapping(bytes.as_ptr(), size.min(size_of::<T>())) };
+    // SAFETY: both hold this many bytes and do not overlap: `value` is ours.
+    unsafe { (&raw mut value).cast::<u8>().copy_from_nonoverlapping(pointer.cast(), known) };
     Ok(value)
 }
 
-/// Writes `value` into a caller's struct of `size` bytes, and no further; the caller's `struct_size` becomes `size`.
+/// Writes `value` into a caller's struct of `size` bytes, and no further, and sets its struct_size.
 ///
 /// # Safety
 /// `pointer`, if not NULL and aligned, points to `size` writable bytes. T starts with a u32, its size.
 pub unsafe fn write_sized<T: Copy>(pointer: *mut T, size: usize, value: T) -> Result<(), volgrad_status> {
     check(pointer)?;
-    if size < size_of::<u32>() || size > LARGEST_STRUCT {
-        return Err(VOLGRAD_ERROR_STRUCT_SIZE);
-    }
-    let bytes = pointer.cast::<u8>();
-    let known = size.min(size_of::<T>());
+    plausible(size)?;
+    let (bytes, known) = (pointer.cast::<u8>(), size.min(size_of::<T>()));
     // SAFETY: the caller's promise covers `size` bytes, of which `known` come from `value` and the rest is cleared.
     unsafe {
-        bytes.copy_from_nonoverlapping((&raw const value).cast::<u8>(), known);
+        bytes.copy_from_nonoverlapping((&raw const value).cast(), known);
         bytes.add(known).write_bytes(0, size - known);
         pointer.cast::<u32>().write(size as u32);
     }
     Ok(())
 }
 
-/// A struct_size beyond this is a mistake, not a future version.
-const LARGEST_STRUCT: usize = 4096;
+/// A struct has its size at least; beyond some kilobytes it is a mistake, not a future version.
+fn plausible(size: usize) -> Result<(), volgrad_status> {
+    if (size_of::<u32>()..=4096).contains(&size) { Ok(()) } else { Err(VOLGRAD_ERROR_STRUCT_SIZE) }
+}

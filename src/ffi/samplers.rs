@@ -1,7 +1,7 @@
 //! The path sampler, and the host's ray queries as the core sees them.
 
 use super::films::{film, volgrad_film};
-use super::pointer::{exclusive, sized, write_sized};
+use super::pointer::{sized, sized_over, write_sized};
 use super::scenes::{scene, volgrad_scene};
 use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
@@ -22,7 +22,7 @@ impl HostQueries {
     /// As the header says of the callbacks.
     pub unsafe fn read(pointer: *const volgrad_queries) -> Result<Self, Fault> {
         // SAFETY: the caller's promise.
-        let queries = unsafe { sized(pointer, Self::UNUSED.0) }?;
+        let queries = unsafe { sized(pointer) }?;
         if queries.intersect.is_none() || queries.occluded.is_none() {
             return Err(VOLGRAD_ERROR_NULL.at(c"queries.intersect, queries.occluded", 0));
         }
@@ -88,11 +88,11 @@ pub struct volgrad_path_sampler_stats {
     pub occlusion_rays: u64,
     /// Paths that got a batch.
     pub shifted_paths: u64,
-    /// Offsets tried, counted per edge (to a light, to the next vertex) that they change.
+    /// Offsets tried; one that changes several contributions of a path differently counts once for each.
     pub shifts: u64,
     /// Those that light does not reach, or that stayed for another reason.
     pub stays: u64,
-    /// Rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`; what they would have carried is missing.
+    /// Rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`; all that they would have carried is missing.
     pub overflows: u64,
 }
 
@@ -123,7 +123,8 @@ pub unsafe extern "C" fn volgrad_path_sampler_options_default(
 ///
 /// What a pass adds depends on (scene, options, pass, pixels) only. The image is `volgrad_film_develop` with scale 1/passes, once every
 /// pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.
-/// `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or `VOLGRAD_ERROR_INVALID_HIT` the film and stats hold what was done before.
+/// `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or `VOLGRAD_ERROR_INVALID_HIT` the film holds
+/// the paths that were done before, as many as `stats.paths` has grown by: the next call can go on from there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_sampler_run(
     scene: *const volgrad_scene,
@@ -138,8 +139,8 @@ pub unsafe extern "C" fn volgrad_path_sampler_run(
     finish((|| {
         // SAFETY: the header's contract, here and below.
         let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
-        let options = self::options(&unsafe { sized(options, DEFAULTS) }?)?;
-        let counted = if stats.is_null() { NO_STATS } else { unsafe { sized(stats, NO_STATS) }? };
+        let options = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
+        let counted = if stats.is_null() { NO_STATS } else { unsafe { sized_over(stats, NO_STATS) }? };
         let mut film = unsafe { self::film(film) }?;
         let camera = &scene.camera;
         if (film.width, film.height) != (camera.width, camera.height) {
@@ -167,17 +168,17 @@ unsafe fn add_stats(
     done: &Stats,
 ) -> Result<(), Fault> {
     let sum = volgrad_path_sampler_stats {
-        paths: before.paths + done.paths,
-        rays: before.rays + done.rays,
-        occlusion_rays: before.occlusion_rays + done.occlusion_rays,
-        shifted_paths: before.shifted_paths + done.shifted_paths,
-        shifts: before.shifts + done.shifts,
-        stays: before.stays + done.stays,
-        overflows: before.overflows + done.overflows,
+        paths: before.paths.saturating_add(done.paths),
+        rays: before.rays.saturating_add(done.rays),
+        occlusion_rays: before.occlusion_rays.saturating_add(done.occlusion_rays),
+        shifted_paths: before.shifted_paths.saturating_add(done.shifted_paths),
+        shifts: before.shifts.saturating_add(done.shifts),
+        stays: before.stays.saturating_add(done.stays),
+        overflows: before.overflows.saturating_add(done.overflows),
         ..before
     };
     // SAFETY: the caller's promise.
-    unsafe { write_sized(exclusive(pointer)?, before.struct_size as usize, sum) }?;
+    unsafe { write_sized(pointer, before.struct_size as usize, sum) }?;
     Ok(())
 }
 

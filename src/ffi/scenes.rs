@@ -1,7 +1,7 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
 use super::convert::{self, MAX_IMAGE_SIDE};
-use super::pointer::{array, output, reference, sized, write_sized};
+use super::pointer::{array, check, output, reference, sized, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
@@ -28,9 +28,13 @@ pub(super) const ALIGNMENT: usize = 16;
 /// # Safety
 /// As for `reference`.
 pub(super) unsafe fn scene<'a>(pointer: *const volgrad_scene) -> Result<&'a Scene<'static>, Fault> {
-    // SAFETY: the caller's promise.
-    let object = unsafe { reference(pointer) }?;
-    if object.stamp == STAMP { Ok(&object.scene) } else { Err(VOLGRAD_ERROR_NOT_INITIALISED.into()) }
+    check(pointer)?;
+    // SAFETY: the caller's promise; only the stamp is read before it is known to be one.
+    if unsafe { (&raw const (*pointer).stamp).read() } != STAMP {
+        return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
+    }
+    // SAFETY: the stamp says that a whole scene is there.
+    Ok(&unsafe { reference(pointer) }?.scene)
 }
 
 /// A description and its arrays.
@@ -41,24 +45,12 @@ struct Description<'a> {
     lights: &'a [volgrad_light],
 }
 
-const NO_DESCRIPTION: volgrad_scene_desc = volgrad_scene_desc {
-    struct_size: 0,
-    media_count: 0,
-    material_count: 0,
-    light_count: 0,
-    // SAFETY: all zeros are valid numbers.
-    camera: unsafe { core::mem::zeroed() },
-    media: null(),
-    materials: null(),
-    lights: null(),
-};
-
 impl<'a> Description<'a> {
     /// # Safety
     /// `pointer` and the arrays in it are as the header says.
     unsafe fn read(pointer: *const volgrad_scene_desc) -> Result<Self, Fault> {
         // SAFETY: the caller's promise, here and below.
-        let desc = unsafe { sized(pointer, NO_DESCRIPTION) }?;
+        let desc = unsafe { sized(pointer) }?;
         Ok(Self {
             camera: desc.camera,
             media: unsafe { array(desc.media, desc.media_count as usize) }.map_err(|s| s.at(c"media", 0))?,
@@ -120,7 +112,7 @@ pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, byt
 /// Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
 /// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids are borrowed as long.
 /// The bounds of every grid are computed here, so this reads all densities once.
-/// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong.
+/// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_init(
     memory: *mut c_void,
@@ -191,6 +183,9 @@ unsafe fn fill<T>(
 /// # Safety
 /// `memory` was checked for `desc.layout()`; the grids in `desc` are as the header says.
 unsafe fn build(memory: *mut u8, desc: &Description) -> Result<*const volgrad_scene, Fault> {
+    let object = memory.cast::<volgrad_scene>();
+    // SAFETY: the memory is aligned to 16 and begins with room for the object. A scene that was here before is one no more.
+    unsafe { (&raw mut (*object).stamp).write(0) };
     let mut layout = Layout { bytes: size_of::<volgrad_scene>() };
     let camera = convert::camera(&desc.camera, desc.media.len() as u32)?;
     // The bricks come last in memory, but the media point to them.
@@ -212,8 +207,7 @@ unsafe fn build(memory: *mut u8, desc: &Description) -> Result<*const volgrad_sc
         return Err(VOLGRAD_ERROR_RANGE.at(c"lights.kind", i as usize));
     }
     let lights = Lights { lights, cdf, environment };
-    let object = memory.cast::<volgrad_scene>();
-    // SAFETY: the memory is aligned to 16 and begins with room for the object.
+    // SAFETY: as above.
     unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { camera, media, materials, lights } }) };
     Ok(object)
 }

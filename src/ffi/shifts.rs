@@ -2,20 +2,22 @@
 
 use super::films::volgrad_splat;
 use super::paths::path;
-use super::pointer::{array_mut, output, sized, write_sized};
+use super::pointer::{array_mut, output, sized_over, write_sized};
 use super::samplers::HostQueries;
 use super::scenes::{scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{volgrad_path, volgrad_queries};
-use crate::math::{Colour, DVec2, Rgb};
+use crate::math::{Colour, DVec2, Rgb, floor};
+use crate::path::Path;
 use crate::sampler::shift_numbers;
+use crate::scene::Scene;
 use crate::shift::{Kernel, MAX_SHIFTS, Mode, Options, Radius, from_path, shift};
 
 /// No batch: every path stays as it is.
 pub const VOLGRAD_SHIFT_NONE: u32 = 0;
 /// exp(<gradient of log f, offset>): biased, of order radius^2; no ray queries.
 pub const VOLGRAD_SHIFT_LOG_LINEAR: u32 = 1;
-/// f(y)/f(x), staying at x where f(y) = 0 or where 1/d^2 would make the variance infinite: unbiased.
+/// f(y)/f(x), staying at x where that is 0 or outside [1/4, 4]: unbiased.
 pub const VOLGRAD_SHIFT_EXACT: u32 = 2;
 /// All around a common centre, weighted f(y)/sum f: unbiased, weights in [0, 1].
 pub const VOLGRAD_SHIFT_EXCHANGEABLE: u32 = 3;
@@ -123,12 +125,12 @@ pub unsafe extern "C" fn volgrad_shift_path(
     finish((|| {
         // SAFETY: the header's contract, here and below.
         let (scene, path, write) = unsafe { (self::scene(scene)?, self::path(path)?, output(count)?) };
-        let options = self::options(&unsafe { sized(options, DEFAULTS) }?)?;
+        (0..path.vertices.len()).try_for_each(|i| path.node(scene, i).map(|_| ()))?;
+        let options = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         if !weight.wide().is_finite() {
             return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"weight", 0));
         }
         let mut batch = Splats { all: [volgrad_splat::default(); MAX_SHIFTS + 1], count: 0 };
-        let x = path.vertex(1)?.position.wide();
         let shiftable = match &options {
             Some(_) if weight.wide().max_element() > 0.0 => from_path(scene, &path, weight.wide())?,
             _ => None,
@@ -143,8 +145,7 @@ pub unsafe extern "C" fn volgrad_shift_path(
                 shift(scene, &queries, &options, &shiftable, random, |pixel, value| batch.add(pixel, value))?;
             }
             _ => {
-                let image = scene.camera.project(x).ok_or(VOLGRAD_ERROR_ZERO_CONTRIBUTION)?;
-                batch.add(image.pixel, weight.wide());
+                batch.add(first_pixel(scene, &path)?, weight.wide());
             }
         }
         if (capacity as usize) < batch.count {
@@ -157,6 +158,22 @@ pub unsafe extern "C" fn volgrad_shift_path(
     })())
 }
 
+/// Where the camera sees the path.
+fn first_pixel(scene: &Scene, path: &Path) -> Result<DVec2, Fault> {
+    let camera = &scene.camera;
+    let first = path.position(scene, 1)?;
+    // A point in the direction of a light at infinity, beyond the near plane.
+    let far = camera.position + first * (1.0 + 2.0 * camera.near_clip / camera.forward.dot(first).abs().max(f64::EPSILON));
+    let x = if path.node(scene, 1)?.is_direction() { far } else { first };
+    Ok(camera.project(x).ok_or(VOLGRAD_ERROR_ZERO_CONTRIBUTION)?.pixel)
+}
+
+/// Single precision, rounded so that the value stays in its pixel.
+fn narrow(v: f64) -> f32 {
+    let rounded = v as f32;
+    if f64::from(rounded) >= floor(v) + 1.0 { rounded.next_down() } else { rounded }
+}
+
 /// Splats of one batch, before they go to the caller.
 struct Splats {
     all: [volgrad_splat; MAX_SHIFTS + 1],
@@ -166,7 +183,7 @@ struct Splats {
 impl Splats {
     fn add(&mut self, pixel: DVec2, value: Colour) {
         if let Some(splat) = self.all.get_mut(self.count) {
-            *splat = volgrad_splat { x: pixel.x as f32, y: pixel.y as f32, value: value.into() };
+            *splat = volgrad_splat { x: narrow(pixel.x), y: narrow(pixel.y), value: value.into() };
             self.count += 1;
         }
     }

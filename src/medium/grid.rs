@@ -22,6 +22,9 @@ pub struct Grid<'a> {
     gradient_to_world: DMat3,
 }
 
+/// Keeps indices within 32 bits, together with the bound on all samples.
+const MAX_SIDE: i32 = 1 << 20;
+
 /// Offset of the two Gauss–Legendre points from the middle of an interval, as a share of its half.
 const GAUSS_2: f64 = 0.577_350_269_189_625_8;
 
@@ -29,9 +32,16 @@ impl<'a> Grid<'a> {
     /// `density` has size[0]·size[1]·size[2] values, x fastest; `bricks` as many as [`brick_counts`] says, or none.
     /// `local_to_world` maps the unit cube and is invertible. None if a count does not fit.
     pub fn new(density: &'a [f32], size: [i32; 3], local_to_world: DAffine3, bricks: &'a [Brick]) -> Option<Self> {
+        if size.iter().any(|n| *n > MAX_SIDE) {
+            return None;
+        }
         let samples = size.iter().try_fold(1usize, |product, n| product.checked_mul(usize::try_from(*n).ok()?))?;
-        let brick_count = brick_counts(size).iter().product::<i32>() as usize;
-        if samples == 0 || density.len() != samples || (!bricks.is_empty() && bricks.len() != brick_count) {
+        let brick_count: usize = brick_counts(size).iter().map(|n| *n as usize).product();
+        if samples == 0
+            || samples > i32::MAX as usize
+            || density.len() != samples
+            || (!bricks.is_empty() && bricks.len() != brick_count)
+        {
             return None;
         }
         let [nx, ny, nz] = size.map(f64::from);
@@ -154,7 +164,6 @@ impl<'a> Grid<'a> {
                 (clip.end, clip.exit) = (far, Some(axis));
             }
         }
-        // Written so that NaN means "misses".
         if clip.start < clip.end { Some(clip) } else { None }
     }
 

@@ -26,10 +26,12 @@ pub struct Line<'a> {
     pub origin: DVec3,
     /// Unit direction.
     pub direction: DVec3,
-    /// Media count from here on, and `segments` measure from here; > 0 only between a camera and its near plane.
+    /// Media count from here on; > 0 only for a camera's edge: its near plane.
     pub start: f64,
     /// Normal of the plane at `start`.
     pub start_normal: DVec3,
+    /// Where the segments' ends are measured from.
+    pub segments_start: f64,
     /// Distance from the origin to the far end; may be infinite.
     pub length: f64,
     pub segments: &'a [Segment],
@@ -71,17 +73,22 @@ impl EdgeMoments {
 }
 
 impl<'a> Line<'a> {
+    /// An edge whose media count from its origin on.
+    pub fn new(media: &'a [Medium<'a>], origin: DVec3, direction: DVec3, length: f64, segments: &'a [Segment]) -> Self {
+        Self { media, origin, direction, start: 0.0, start_normal: DVec3::ZERO, segments_start: 0.0, length, segments }
+    }
+
     fn medium(&self, index: u32) -> Option<&'a Medium<'a>> {
         self.media.get(index as usize)
     }
 
     /// The stretches in order, empty ones left out.
     fn stretches(&self) -> impl Iterator<Item = (Stretch, &'a Segment)> + use<'a> {
-        let Self { origin, direction, start, length, segments, .. } = *self;
+        let Self { origin, direction, start, segments_start, length, segments, .. } = *self;
         let last = segments.len().wrapping_sub(1);
         let mut begin = start;
         segments.iter().enumerate().filter_map(move |(i, segment)| {
-            let end = if i == last { length } else { (start + f64::from(segment.end)).min(length) };
+            let end = if i == last { length } else { (segments_start + f64::from(segment.end)).min(length) };
             let stretch = Stretch { origin, direction, start: begin, end };
             (end > begin).then(|| {
                 begin = end;

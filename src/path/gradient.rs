@@ -180,7 +180,7 @@ pub fn path_log_gradient(scene: &Scene, path: &Path, i: usize) -> Result<Gradien
 /// The neighbour `q` of vertex `i`, and the phase function at it if its other neighbour `o` makes it an apex.
 fn neighbour(scene: &Scene, path: &Path, i: usize, q: usize, o: Option<usize>) -> Result<(Neighbour, Option<Wing>), PathError> {
     let vertex = path.vertex(q)?;
-    let position = vertex.position.wide();
+    let position = path.position(scene, q)?;
     let node = path.node(scene, q)?;
     match node {
         Node::Camera(_) => return Ok((Neighbour::Camera, None)),

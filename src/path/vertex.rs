@@ -103,7 +103,12 @@ impl<'a> Path<'a> {
 
     /// Where vertex `i` is: the scene's camera, or as the vertex says; for a light at infinity the direction.
     pub fn position(&self, scene: &Scene, i: usize) -> Result<DVec3, PathError> {
-        Ok(if i == 0 { scene.camera.position } else { self.vertex(i)?.position.wide() })
+        if i == 0 {
+            return Ok(scene.camera.position);
+        }
+        let position = self.vertex(i)?.position.wide();
+        // Phase functions with a sharp peak do not forgive what single precision lacks in length.
+        Ok(if self.node(scene, i)?.is_direction() { position.normalize_or_zero() } else { position })
     }
 
     /// Looks vertex `i` up.
@@ -140,7 +145,14 @@ impl<'a> Path<'a> {
         let start = if i == 0 { 0 } else { self.edge_end(i - 1)? };
         let segments = self.segments.get(start..self.edge_end(i)?).filter(|s| !s.is_empty());
         let segments = segments.ok_or(PathErrorKind::BadSegments.at(i))?;
-        Ok(Line { media: scene.media, origin: from, direction, start: 0.0, start_normal: DVec3::ZERO, length, segments })
+        let line = Line::new(scene.media, from, direction, length, segments);
+        if i > 0 {
+            return Ok(line);
+        }
+        // No medium before the near plane attenuates.
+        let camera = &scene.camera;
+        let start = (camera.near_clip / camera.forward.dot(direction)).max(0.0).min(length);
+        Ok(Line { start, start_normal: camera.forward, ..line })
     }
 
     fn edge_end(&self, i: usize) -> Result<usize, PathError> {
@@ -154,9 +166,9 @@ impl<'a> Path<'a> {
         }
         for (i, vertex) in self.vertices.iter().enumerate() {
             let node = self.node(scene, i)?;
-            let unit = |v: Vec3| (v.wide().length() - 1.0).abs() < UNIT_TOLERANCE;
-            let position_ok = vertex.position.wide().is_finite() && (!node.is_direction() || unit(vertex.position));
-            if !position_ok || (node.has_cosine() && !unit(vertex.normal)) {
+            let point_ok = i == 0 || vertex.position.wide().is_finite();
+            let position_ok = point_ok && (!node.is_direction() || is_unit(vertex.position));
+            if !position_ok || (node.has_cosine() && !is_unit(vertex.normal)) {
                 return Err(PathErrorKind::NotFinite.at(i));
             }
         }
@@ -166,13 +178,17 @@ impl<'a> Path<'a> {
     fn validate_edge(&self, scene: &Scene, i: usize) -> Result<(), PathError> {
         let line = self.edge(scene, i)?;
         let mut reached = 0.0;
-        for segment in line.segments {
+        let last = line.segments.len() - 1;
+        for (j, segment) in line.segments.iter().enumerate() {
             let known = segment.medium == NONE || (segment.medium as usize) < scene.media.len();
             if !known {
                 return Err(PathErrorKind::BadIndex.at(i));
             }
-            if !(segment.end >= reached && segment.normal.wide().is_finite()) {
+            if !(segment.end >= reached) {
                 return Err(PathErrorKind::BadSegments.at(i));
+            }
+            if j < last && !is_unit(segment.normal) {
+                return Err(PathErrorKind::NotFinite.at(i));
             }
             reached = segment.end;
         }
@@ -189,5 +205,7 @@ impl<'a> Path<'a> {
     }
 }
 
-/// Single-precision vectors count as unit vectors within this.
-const UNIT_TOLERANCE: f64 = 1e-3;
+/// Whether a single-precision vector counts as one of unit length.
+fn is_unit(v: Vec3) -> bool {
+    (v.wide().length() - 1.0).abs() < 1e-3
+}

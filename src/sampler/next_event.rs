@@ -4,7 +4,7 @@ use super::interaction::Interaction;
 use super::primary::{Slot, VertexNumbers, number, pair};
 use crate::math::{Colour, DVec3, mean, transmittance};
 use crate::medium::{Line, optical_depth};
-use crate::scene::{HIT_NONE, HIT_OVERFLOW, Hit, LightSample, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, LightSample, Queries, Ray, Scene, Stop, surface_epsilon};
 use crate::shift::Next;
 
 /// An estimate of the light that arrives at a vertex from one light.
@@ -80,6 +80,8 @@ pub fn sample(
         return Ok(Outcome::Nothing);
     }
     let Origin { medium, t_min } = origin(direction);
+    // Next to the light it is the epsilons that have to give way.
+    let t_min = t_min.min(0.25 * distance);
     let ray = Ray { t_min: t_min as f32, ..Ray::free(vertex.position, direction, aim.t_max(distance), medium) };
     let mut hits = [Hit::EMPTY];
     queries.occluded(&[ray], &mut hits)?;
@@ -87,17 +89,10 @@ pub fn sample(
     match hit.kind {
         HIT_NONE => hit.check(scene)?,
         HIT_OVERFLOW => return Ok(Outcome::Overflow),
-        _ => return Ok(Outcome::Blocked),
+        HIT_SURFACE => return Ok(Outcome::Blocked),
+        _ => return Err(Stop::InvalidHit),
     }
-    let line = Line {
-        media: scene.media,
-        origin: vertex.position,
-        direction,
-        start: 0.0,
-        start_normal: DVec3::ZERO,
-        length: distance,
-        segments: hit.media(),
-    };
+    let line = Line::new(scene.media, vertex.position, direction, distance, hit.media());
     let optical_depth = optical_depth(&line);
     let transmittance = transmittance(optical_depth);
     // The balance heuristic against finding the light by going on: both densities per unit of the light's own measure.

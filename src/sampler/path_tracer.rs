@@ -45,8 +45,10 @@ pub struct PathTracer<'a, Q> {
     pub options: Options,
 }
 
-/// The largest probability of going on under Russian roulette: no path is endless, even without absorption.
+/// The largest probability of going on under Russian roulette, and the number of vertices from which on there is roulette whatever the
+/// options say: no path is endless, even without absorption.
 const MAX_SURVIVAL: f64 = 0.95;
+const LONGEST_SURE_PATH: u32 = 1 << 16;
 
 impl<Q: Queries> PathTracer<'_, Q> {
     /// One path through pixel number `pixel` of the camera's crop (row by row), with all its splats.
@@ -56,8 +58,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
         let corner = DVec2::new(f64::from(x0 + pixel % width), f64::from(y0 + pixel / width));
         let mut numbers = RandomNumbers::for_path(self.options.seed, pass, pixel);
         let (position, record) = self.trace(corner, &mut numbers, stats)?;
-        stats.paths += 1;
-        film.add(position, record.plain);
+        let plain = record.plain;
         if let (Some(options), Some(shiftable)) = (&self.options.shift, record.finish()) {
             let random = shift_numbers(self.options.seed, pass, pixel);
             let batch = shift::shift(self.scene, self.queries, options, &shiftable, random, |p, c| film.add(p, c))?;
@@ -65,7 +66,11 @@ impl<Q: Queries> PathTracer<'_, Q> {
             stats.shifts += batch.shifts;
             stats.stays += batch.stays;
             stats.occlusion_rays += batch.occlusion_rays;
+            stats.overflows += batch.overflows;
         }
+        // All of a path or nothing: a callback can stop the shifts, but only before their first splat.
+        film.add(position, plain);
+        stats.paths += 1;
         Ok(())
     }
 
@@ -164,7 +169,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     fn look(&mut self, hit: &Hit, line: &Line) -> f64 {
         let (light, bsdf) = match hit.kind {
             HIT_SURFACE => {
-                let front = hit.normal.wide().dot(self.direction) < 0.0;
+                let front = hit.unit_normal().dot(self.direction) < 0.0;
                 (self.scene.lights.get(hit.light).filter(|_| front), self.scene.materials.get(hit.material as usize))
             }
             _ => (self.scene.lights.environment.and_then(|i| self.scene.lights.get(i)), None),
@@ -201,13 +206,10 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         'a: 's,
     {
         Line {
-            media: self.scene.media,
-            origin: self.origin,
-            direction: self.direction,
             start: self.start,
             start_normal: self.scene.camera.forward,
-            length,
-            segments,
+            segments_start: self.start,
+            ..Line::new(self.scene.media, self.origin, self.direction, length, segments)
         }
     }
 
@@ -247,7 +249,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             return None;
         }
         let bsdf = self.scene.materials.get(hit.material as usize)?;
-        let normal = hit.normal.wide();
+        let normal = hit.unit_normal();
         let position = self.origin + length * self.direction;
         let next = Next::Point { position, normal: Some(normal) };
         let arrival = self.arrival(next, length, optical_depth, hit.media(), weight);
@@ -284,7 +286,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
                 Light::Environment { .. } => pick * sampled.direction_pdf,
                 light => pick * light.area_pdf(),
             };
-            going_on / (going_on + next_event)
+            if next_event > 0.0 { going_on / (going_on + next_event) } else { 1.0 }
         });
         self.record.emitted(self.throughput, light.emission() * mis);
     }
@@ -323,7 +325,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
 
     /// Probability of going on from the vertex reached at `depth`.
     fn survival(&self, depth: u32) -> f64 {
-        if depth < self.options.rr_depth {
+        if depth < self.options.rr_depth.min(LONGEST_SURE_PATH) {
             return 1.0;
         }
         (self.throughput.max_element() * self.eta_squared).min(MAX_SURVIVAL)

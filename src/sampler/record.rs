@@ -94,7 +94,7 @@ impl Record {
     /// Light met on the way: `emission` times its MIS weight.
     pub fn emitted(&mut self, throughput: Colour, emission: Colour) {
         match self.stage {
-            Stage::Second { .. } => self.add_plain(1, self.rest * emission),
+            Stage::Second { .. } => self.add_plain(self.rest * emission),
             Stage::Beyond { .. } => self.beyond += self.rest * emission,
             _ => self.plain += throughput * emission,
         }
@@ -115,7 +115,7 @@ impl Record {
                     link.add_wing(event.direction, rest);
                 }
             }
-            Stage::Second { phase: None } => self.add_plain(1, self.rest * event.received()),
+            Stage::Second { phase: None } => self.add_plain(self.rest * event.received()),
             Stage::Beyond { .. } => self.beyond += self.rest * event.received(),
             _ => self.plain += throughput * event.received(),
         }
@@ -145,14 +145,14 @@ impl Record {
                     link.add_wing(onwards, self.beyond);
                 }
             }
-            Stage::Beyond { wing: false, .. } => self.add_plain(1, self.beyond),
+            Stage::Beyond { wing: false, .. } => self.add_plain(self.beyond),
             _ => {}
         }
         self.shiftable.and_then(Shiftable::without_empty_links)
     }
 
-    fn add_plain(&mut self, link: usize, rest: Colour) {
-        if let Some(link) = self.shiftable.as_mut().and_then(|s| s.links[link].as_mut()) {
+    fn add_plain(&mut self, rest: Colour) {
+        if let Some(link) = self.shiftable.as_mut().and_then(|s| s.links[1].as_mut()) {
             link.plain += rest;
         }
     }

@@ -4,7 +4,7 @@ use super::Scene;
 use crate::math::{DVec3, Vec3};
 use crate::medium::{NONE, Segment};
 
-/// Most media that one ray or edge may cross, and so the capacity of `Hit::segments`.
+/// Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 pub const MAX_SEGMENTS: usize = 16;
 
 pub const HIT_NONE: u32 = 0;
@@ -92,7 +92,7 @@ impl Hit {
         });
         let surface = self.kind != HIT_SURFACE
             || ((self.material as usize) < scene.materials.len()
-                && (self.light == NONE || (self.light as usize) < scene.lights.lights.len())
+                && (self.light == NONE || scene.lights.get(self.light).is_some_and(|light| light.area_pdf() > 0.0))
                 && side(self.medium_inside)
                 && side(self.medium_outside)
                 && self.t > 0.0
@@ -100,6 +100,11 @@ impl Hit {
                 && (self.normal.wide().length_squared() - 1.0).abs() < 1e-2);
         let known = matches!(self.kind, HIT_NONE | HIT_SURFACE);
         if known && surface && ordered && !self.media().is_empty() { Ok(()) } else { Err(Stop::InvalidHit) }
+    }
+
+    /// The normal with what single precision lacks in length mended.
+    pub fn unit_normal(&self) -> DVec3 {
+        self.normal.wide().normalize_or_zero()
     }
 
     pub fn media(&self) -> &[Segment] {
@@ -125,8 +130,8 @@ pub trait Queries {
 }
 
 /// How far a ray from or to a surface stays away from it, given the point there and its distance from the ray's other end:
-/// some hundred times the rounding of single-precision coordinates and distances.
+/// some hundred times the rounding of single-precision coordinates and distances, but a quarter of the way at most.
 pub fn surface_epsilon(point: DVec3, distance: f64) -> f64 {
     const ROUNDING: f64 = 5e-5;
-    ROUNDING * point.abs().max_element().max(if distance.is_finite() { distance } else { 0.0 })
+    (ROUNDING * point.abs().max_element().max(distance)).min(0.25 * distance)
 }

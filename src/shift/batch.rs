@@ -7,15 +7,16 @@ use super::weight::{exact, exchangeable, log_linear};
 use super::{MAX_SHIFTS, Mode, Options};
 use crate::math::{Colour, DVec2, DVec3, transmittance};
 use crate::medium::{Line, NONE, optical_depth};
-use crate::scene::{HIT_NONE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
 
-/// What became of a batch's offsets, one count per offset and link.
+/// What became of a batch's offsets; those that change several contributions differently count once for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BatchStats {
     pub shifts: u64,
     /// Those whose splat stayed at the path's own pixel.
     pub stays: u64,
     pub occlusion_rays: u64,
+    pub overflows: u64,
 }
 
 /// One member of a batch.
@@ -51,6 +52,7 @@ struct Batch<'a, Q> {
     path: &'a Shiftable,
     radius: f64,
     occlusion_rays: u64,
+    overflows: u64,
 }
 
 /// Splats the path and its shifted copies: `splat(pixel, rgb)` is called `options.count` + 1 times at most. The colours' expected
@@ -64,7 +66,7 @@ pub fn shift<Q: Queries>(
     mut splat: impl FnMut(DVec2, Colour),
 ) -> Result<BatchStats, Stop> {
     let radius = options.radius_at(&scene.camera, path.x);
-    let mut batch = Batch { scene, queries, options, path, radius, occlusion_rays: 0 };
+    let mut batch = Batch { scene, queries, options, path, radius, occlusion_rays: 0, overflows: 0 };
     let mut storage = [Member::EMPTY; MAX_SHIFTS + 1];
     let members = storage.get_mut(..=options.count.min(MAX_SHIFTS)).unwrap_or(&mut []);
     batch.place(members, &mut random);
@@ -79,7 +81,7 @@ pub fn shift<Q: Queries>(
             exchangeable(path, members, &mut splat)
         }
     };
-    Ok(BatchStats { occlusion_rays: batch.occlusion_rays, ..stats })
+    Ok(BatchStats { occlusion_rays: batch.occlusion_rays, overflows: batch.overflows, ..stats })
 }
 
 impl<Q: Queries> Batch<'_, Q> {
@@ -156,15 +158,7 @@ impl<Q: Queries> Batch<'_, Q> {
             },
             |scene, member, hit| {
                 let Some((direction, distance, g)) = geometry(scene, member) else { return };
-                let line = Line {
-                    media: scene.media,
-                    origin: member.y,
-                    direction,
-                    start: 0.0,
-                    start_normal: DVec3::ZERO,
-                    length: distance,
-                    segments: hit.media(),
-                };
+                let line = Line::new(scene.media, member.y, direction, distance, hit.media());
                 let colour = member.camera_side * transmittance(optical_depth(&line)) * g;
                 member.links[i] = LinkValue { colour, wings: link.wing_values(direction) };
             },
@@ -194,10 +188,14 @@ impl<Q: Queries> Batch<'_, Q> {
         self.occlusion_rays += count as u64;
         self.queries.occluded(&rays[..count], &mut hits[..count])?;
         for (hit, index) in hits[..count].iter().zip(asked) {
-            // More media than fit: f counts as 0 there, as it does for sampled paths.
             if hit.kind == HIT_NONE {
                 hit.check(self.scene)?;
                 free(self.scene, &mut chunk[index], hit);
+            } else if hit.kind == HIT_OVERFLOW {
+                // More media than fit: f counts as 0 there.
+                self.overflows += 1;
+            } else if hit.kind != HIT_SURFACE {
+                return Err(Stop::InvalidHit);
             }
         }
         Ok(())

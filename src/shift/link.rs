@@ -192,15 +192,9 @@ impl Shiftable {
 
 /// The edge from the camera to an image point's world point; `segments` start at the near plane.
 pub fn camera_line<'s>(camera: &Camera, media: &'s [Medium<'s>], image: &ImagePoint, segments: &'s [Segment]) -> Line<'s> {
-    Line {
-        media,
-        origin: camera.position,
-        direction: image.ray.direction,
-        start: image.ray.start,
-        start_normal: camera.forward,
-        length: image.distance,
-        segments,
-    }
+    let start = image.ray.start;
+    let line = Line::new(media, camera.position, image.ray.direction, image.distance, segments);
+    Line { start, start_normal: camera.forward, segments_start: start, ..line }
 }
 
 impl Link {
@@ -220,12 +214,16 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Sh
     }
     let image = scene.camera.project(x).ok_or(PathErrorKind::ZeroContribution.at(1))?;
     let (camera_edge, next_edge) = (path.edge(scene, 0)?, path.edge(scene, 1)?);
+    if camera_edge.segments.len().max(next_edge.segments.len()) > MAX_SEGMENTS {
+        return Err(PathErrorKind::BadSegments.at(0));
+    }
     let vertex = path.vertex(2)?;
+    let position = path.position(scene, 2)?;
     let next = if next_node.is_direction() {
-        Next::Direction(vertex.position.wide())
+        Next::Direction(position)
     } else {
         let normal = next_node.has_cosine().then(|| vertex.normal.wide());
-        Next::Point { position: vertex.position.wide(), normal }
+        Next::Point { position, normal }
     };
     let mut link = Link::new(next, optical_depth(&next_edge), next_edge.segments);
     let mut rest = Colour::ONE;
@@ -237,21 +235,16 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Sh
     match next_node {
         Node::Medium(m) => {
             link.phase = m.phase;
-            let other = path.vertex(3)?.position.wide();
-            let to_other = if path.node(scene, 3)?.is_direction() { other } else { other - vertex.position.wide() };
+            let other = path.position(scene, 3)?;
+            let to_other = if path.node(scene, 3)?.is_direction() { other } else { other - position };
             link.add_wing(to_other.try_normalize().ok_or(PathErrorKind::ZeroLength.at(2))?, rest);
         }
         _ => link.plain = rest,
     }
     // The path's own segments start at the camera; those from queries at the near plane.
-    let mut shiftable = Shiftable {
-        x,
-        image,
-        medium,
-        optical_depth: optical_depth(&camera_edge),
-        media: from_near_plane(camera_edge.segments, image.ray.start),
-        links: [Some(link), None],
-    };
+    let media = from_near_plane(camera_edge.segments, image.ray.start);
+    let optical_depth = optical_depth(&camera_edge);
+    let mut shiftable = Shiftable { x, image, medium, optical_depth, media, links: [Some(link), None] };
     let value = shiftable.value(scene, 0);
     let f = value.colour * rest * if link.wing_count > 0 { value.wings[0] } else { 1.0 };
     let scale = luminance(weight) / luminance(f);

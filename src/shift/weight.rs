@@ -148,15 +148,7 @@ pub(super) fn log_linear(
 /// ∇log f* of each group of a link; 0 for groups that carry nothing.
 fn group_gradients(scene: &Scene, path: &Shiftable, link: &Link, value: &LinkValue) -> [DVec3; GROUPS] {
     let (direction, length) = super::link::towards(path.x, &link.next);
-    let next_line = Line {
-        media: scene.media,
-        origin: path.x,
-        direction,
-        start: 0.0,
-        start_normal: DVec3::ZERO,
-        length,
-        segments: link.media.segments(),
-    };
+    let next_line = Line::new(scene.media, path.x, direction, length, link.media.segments());
     let gradient = |next_wing: Option<Wing>, colour: Colour| {
         let Some(medium) = scene.medium(path.medium).filter(|_| luminance(colour) > 0.0) else { return DVec3::ZERO };
         let m = Move {

@@ -153,15 +153,7 @@ pub fn segments(world: &World, edge: &Edge) -> Vec<Segment> {
 pub const ONE_SEGMENT: [Segment; 1] = [Segment { end: f32::INFINITY, medium: 0, normal: Vec3 { x: 0.0, y: 0.0, z: 0.0 } }];
 
 pub fn line<'a>(edge: &Edge, media: &'a [Medium<'a>], segments: &'a [Segment]) -> Line<'a> {
-    Line {
-        media,
-        origin: vec(edge.origin),
-        direction: vec(edge.direction),
-        start: 0.0,
-        start_normal: DVec3::ZERO,
-        length: edge.length,
-        segments,
-    }
+    Line::new(media, vec(edge.origin), vec(edge.direction), edge.length, segments)
 }
 
 /// ∇τ with respect to the near and the far end of a line.

@@ -1,0 +1,247 @@
+/* Scenes: what volgrad_scene_size and volgrad_scene_init accept, and what they say about the rest. */
+
+#include "small_scene.h"
+
+static const float densities[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+static small_scene s;
+static alignas(16) unsigned char memory[1 << 16];
+
+/* s.media[1] becomes a grid. */
+static void fill(void) {
+    small_scene_fill(&s);
+    s.desc.media_count = 2;
+    volgrad_medium *grid = &s.media[1];
+    grid->kind = VOLGRAD_MEDIUM_GRID;
+    grid->density = densities;
+    grid->nx = grid->ny = grid->nz = 2;
+    grid->local_to_world[0] = grid->local_to_world[5] = grid->local_to_world[10] = 1;
+}
+
+/* Refuses the description `s` with `status`, blames `field` and `index`; then resets it. */
+static void refuse(volgrad_status status, const char *field, uint32_t index, const char *what, int line) {
+    const volgrad_scene *scene;
+    volgrad_error error = {sizeof error, 77, NULL};
+    FILL(scene);
+    check_status(volgrad_scene_init(memory, sizeof memory, &s.desc, &scene, &error), status, what, __FILE__, line);
+    check_that(UNTOUCHED(scene), what, __FILE__, line);
+    int named = error.field != NULL && strcmp(error.field, field) == 0 && error.index == index;
+    check_that(named && error.struct_size == sizeof error, what, __FILE__, line);
+    if (!named) fprintf(stderr, "  blamed: %s %u\n", error.field ? error.field : "NULL", (unsigned)error.index);
+    check_status(volgrad_scene_init(memory, sizeof memory, &s.desc, &scene, NULL), status, what, __FILE__, line);
+    check_that(UNTOUCHED(scene), what, __FILE__, line);
+    fill();
+}
+
+#define BAD(set, status, field, index) ((set), refuse((status), (field), (index), #set, __LINE__))
+
+/* NaN and both infinities. */
+#define NOT_FINITE(place, field, index) \
+    (BAD(place = NAN, VOLGRAD_ERROR_NOT_FINITE, field, index), BAD(place = INFINITY, VOLGRAD_ERROR_NOT_FINITE, field, index), \
+     BAD(place = -INFINITY, VOLGRAD_ERROR_NOT_FINITE, field, index))
+#define NOT_FINITE_3(place, a, b, c, field, index) \
+    (NOT_FINITE(place.a, field, index), NOT_FINITE(place.b, field, index), NOT_FINITE(place.c, field, index))
+#define NOT_FINITE_VEC(place, field, index) NOT_FINITE_3(place, x, y, z, field, index)
+#define NOT_FINITE_RGB(place, field, index) NOT_FINITE_3(place, r, g, b, field, index)
+#define RANGE(set, field, index) BAD(set, VOLGRAD_ERROR_RANGE, field, index)
+#define KIND(set, field, index) BAD(set, VOLGRAD_ERROR_KIND, field, index)
+
+static void test_camera(void) {
+    volgrad_camera *c = &s.desc.camera;
+    KIND(c->kind = 1, "camera.kind", 0);
+    KIND(c->kind = UINT32_MAX, "camera.kind", 0);
+    const char *size = "camera.width, camera.height", *crop = "camera.crop_x0 ... camera.crop_y1";
+    RANGE(c->width = 0, size, 0);
+    RANGE(c->height = 0, size, 0);
+    RANGE(c->width = UINT32_MAX, size, 0);
+    RANGE(c->height = 1u << 16, size, 0);
+    RANGE(c->crop_x1 = 0, crop, 0);
+    RANGE(c->crop_x0 = SIDE, crop, 0);
+    RANGE(c->crop_x1 = SIDE + 1, crop, 0);
+    RANGE(c->crop_y0 = UINT32_MAX, crop, 0);
+    RANGE(c->crop_y1 = UINT32_MAX, crop, 0);
+    BAD(c->medium = 2, VOLGRAD_ERROR_INDEX, "camera.medium", 0);
+    BAD(c->medium = VOLGRAD_KEEP_MEDIUM, VOLGRAD_ERROR_INDEX, "camera.medium", 0);
+    NOT_FINITE_VEC(c->position, "camera.position", 0);
+    NOT_FINITE_VEC(c->forward, "camera.forward", 0);
+    NOT_FINITE_VEC(c->right, "camera.right", 0);
+    NOT_FINITE_VEC(c->up, "camera.up", 0);
+    BAD(c->forward.z = 2, VOLGRAD_ERROR_NOT_FINITE, "camera.forward", 0);
+    BAD(c->right.x = 0, VOLGRAD_ERROR_NOT_FINITE, "camera.right", 0);
+    BAD(c->up.y = 0.9f, VOLGRAD_ERROR_NOT_FINITE, "camera.up", 0);
+    RANGE(c->up = vec(1, 0, 0), "camera.forward, camera.right, camera.up", 0);
+    NOT_FINITE(c->tan_half_fov_x, "camera.tan_half_fov_x", 0);
+    RANGE(c->tan_half_fov_x = 0, "camera.tan_half_fov_x", 0);
+    RANGE(c->tan_half_fov_x = -1, "camera.tan_half_fov_x", 0);
+    NOT_FINITE(c->near_clip, "camera.near_clip", 0);
+    RANGE(c->near_clip = -1e-6f, "camera.near_clip", 0);
+}
+
+static void test_media(void) {
+    volgrad_medium *m = s.media;
+    KIND(m[1].kind = 2, "media.kind", 1);
+    KIND(m[0].kind = UINT32_MAX, "media.kind", 0);
+    KIND(m[0].phase.kind = 2, "media.phase", 0);
+    m[1].phase.kind = VOLGRAD_PHASE_HENYEY_GREENSTEIN;
+    BAD(m[1].phase.g = NAN, VOLGRAD_ERROR_NOT_FINITE, "media.phase", 1);
+    m[1].phase.kind = VOLGRAD_PHASE_HENYEY_GREENSTEIN;
+    RANGE(m[1].phase.g = 1, "media.phase", 1);
+    m[1].phase.kind = VOLGRAD_PHASE_HENYEY_GREENSTEIN;
+    RANGE(m[1].phase.g = -1, "media.phase", 1);
+    NOT_FINITE_RGB(m[0].sigma_t, "media.sigma_t", 0);
+    NOT_FINITE_RGB(m[1].albedo, "media.albedo", 1);
+    RANGE(m[1].sigma_t.g = -1, "media.sigma_t", 1);
+    RANGE(m[0].albedo.b = 1.0001f, "media.albedo", 0);
+    RANGE(m[0].albedo.r = -0.0001f, "media.albedo", 0);
+
+    const char *sides = "media.nx, media.ny, media.nz", *map = "media.local_to_world";
+    RANGE(m[1].nx = 0, sides, 1);
+    RANGE(m[1].ny = 0, sides, 1);
+    RANGE(m[1].nz = UINT32_MAX, sides, 1);
+    RANGE((m[1].nx = 2048, m[1].ny = 2048, m[1].nz = 2048), sides, 1);
+    BAD(m[1].density = NULL, VOLGRAD_ERROR_NULL, "media.density", 1);
+    BAD(m[1].density = (const float *)(const void *)(memory + 1), VOLGRAD_ERROR_MISALIGNED, "media.density", 1);
+    float bad[8] = {0, 0, 0, 0, 0, 0, 0, -1e-20f};
+    RANGE(m[1].density = bad, "media.density", 1);
+    bad[7] = NAN;
+    BAD(m[1].density = bad, VOLGRAD_ERROR_NOT_FINITE, "media.density", 1);
+    bad[7] = INFINITY;
+    BAD(m[1].density = bad, VOLGRAD_ERROR_NOT_FINITE, "media.density", 1);
+    for (int i = 0; i < 12; i++) {
+        NOT_FINITE(m[1].local_to_world[i], map, 1);
+    }
+    RANGE(m[1].local_to_world[5] = 0, map, 1);
+    RANGE((m[1].local_to_world[0] = 1e-38f, m[1].local_to_world[5] = 0), map, 1);
+}
+
+static void test_materials_and_lights(void) {
+    volgrad_material *m = s.materials;
+    KIND(m[GLASS].kind = 3, "materials.kind", GLASS);
+    NOT_FINITE_RGB(m[DIFFUSE].reflectance, "materials.reflectance", DIFFUSE);
+    NOT_FINITE_RGB(m[MIRROR].reflectance, "materials.reflectance", MIRROR);
+    RANGE(m[DIFFUSE].reflectance.r = 1.5f, "materials.reflectance", DIFFUSE);
+    RANGE(m[MIRROR].reflectance.b = -0.5f, "materials.reflectance", MIRROR);
+    NOT_FINITE(m[GLASS].eta, "materials.eta", GLASS);
+    RANGE(m[GLASS].eta = 0, "materials.eta", GLASS);
+    RANGE(m[GLASS].eta = -1.5f, "materials.eta", GLASS);
+
+    volgrad_light *l = s.lights;
+    KIND(l[SKY].kind = 6, "lights.kind", SKY);
+    RANGE(l[POINT_LIGHT].kind = VOLGRAD_LIGHT_ENVIRONMENT, "lights.kind", 1); /* the second environment is one too many */
+    for (uint32_t i = 0; i < LIGHTS; i++) {
+        NOT_FINITE_RGB(l[i].emission, "lights.emission", i);
+        NOT_FINITE(l[i].sampling_weight, "lights.sampling_weight", i);
+        RANGE(l[i].emission.g = -1, "lights.emission", i);
+        RANGE(l[i].sampling_weight = -1, "lights.sampling_weight", i);
+    }
+    RANGE(l[POINT_LIGHT].sampling_weight = 0, "lights.sampling_weight", POINT_LIGHT);
+    NOT_FINITE_VEC(l[POINT_LIGHT].position, "lights.position", POINT_LIGHT);
+    BAD(l[0].kind = VOLGRAD_LIGHT_DIRECTIONAL, VOLGRAD_ERROR_NOT_FINITE, "lights.direction", 0); /* of length 0 */
+    BAD((l[0].kind = VOLGRAD_LIGHT_DIRECTIONAL, l[0].direction.y = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.direction", 0);
+    RANGE((l[0].kind = VOLGRAD_LIGHT_DIRECTIONAL, l[0].direction.y = -1, l[0].sampling_weight = 0), "lights.sampling_weight", 0);
+    RANGE(l[0].kind = VOLGRAD_LIGHT_SPHERE, "lights.radius", 0);
+    BAD((l[0].kind = VOLGRAD_LIGHT_SPHERE, l[0].radius = INFINITY), VOLGRAD_ERROR_NOT_FINITE, "lights.radius", 0);
+    for (uint32_t kind = VOLGRAD_LIGHT_PARALLELOGRAM; kind <= VOLGRAD_LIGHT_TRIANGLE; kind++) {
+#define AREA_LIGHT (l[0].kind = kind, l[0].edge_u = vec(1, 0, 0), l[0].edge_v = vec(0, 1, 0))
+        RANGE((AREA_LIGHT, l[0].edge_v = vec(2, 0, 0)), "lights.edge_u, lights.edge_v", 0);
+        BAD((AREA_LIGHT, l[0].edge_u.z = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.edge_u", 0);
+        BAD((AREA_LIGHT, l[0].edge_v.x = -INFINITY), VOLGRAD_ERROR_NOT_FINITE, "lights.edge_v", 0);
+        BAD((AREA_LIGHT, l[0].position.x = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.position", 0);
+    }
+
+    BAD(s.desc.media = NULL, VOLGRAD_ERROR_NULL, "media", 0);
+    BAD(s.desc.materials = NULL, VOLGRAD_ERROR_NULL, "materials", 0);
+    BAD(s.desc.lights = NULL, VOLGRAD_ERROR_NULL, "lights", 0);
+    BAD(s.desc.lights = (const void *)(memory + 2), VOLGRAD_ERROR_MISALIGNED, "lights", 0);
+}
+
+static void test_pointers(void) {
+    const volgrad_scene *scene;
+    size_t bytes = 0, other;
+    volgrad_scene_desc *desc = &s.desc;
+    CHECK_STATUS(volgrad_scene_size(desc, &bytes), VOLGRAD_OK);
+    CHECK(bytes > 0 && bytes <= sizeof memory - 64);
+    CHECK_STATUS(volgrad_scene_size(desc, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(other, volgrad_scene_size(NULL, &other), VOLGRAD_ERROR_NULL);
+    REFUSED(other, volgrad_scene_size((const void *)(memory + 4), &other), VOLGRAD_ERROR_MISALIGNED);
+    CHECK_STATUS(volgrad_scene_size(desc, (void *)(memory + 1)), VOLGRAD_ERROR_MISALIGNED);
+
+    CHECK_STATUS(volgrad_scene_init(memory, bytes, desc, NULL, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(scene, volgrad_scene_init(NULL, bytes, desc, &scene, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(scene, volgrad_scene_init(memory, bytes, NULL, &scene, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(scene, volgrad_scene_init(memory + 8, bytes, desc, &scene, NULL), VOLGRAD_ERROR_MISALIGNED);
+    REFUSED(scene, volgrad_scene_init(memory, bytes, (const void *)(memory + 4), &scene, NULL), VOLGRAD_ERROR_MISALIGNED);
+    CHECK_STATUS(volgrad_scene_init(memory, bytes, desc, (void *)(memory + 4), NULL), VOLGRAD_ERROR_MISALIGNED);
+    REFUSED(scene, volgrad_scene_init(memory, bytes - 1, desc, &scene, NULL), VOLGRAD_ERROR_TOO_SMALL);
+    REFUSED(scene, volgrad_scene_init(memory, 0, desc, &scene, NULL), VOLGRAD_ERROR_TOO_SMALL);
+
+    /* It keeps within its memory, and says nothing on success. */
+    volgrad_error error = {sizeof error, 77, "untouched"};
+    FILL(memory);
+    CHECK_STATUS(volgrad_scene_init(memory, bytes, desc, &scene, &error), VOLGRAD_OK);
+    CHECK(scene != NULL && untouched(memory + bytes, sizeof memory - bytes));
+    CHECK(error.index == 77 && strcmp(error.field, "untouched") == 0);
+
+    /* A caller with a smaller error struct, and one whose size makes no sense. */
+    volgrad_error small = {offsetof(volgrad_error, field), 77, "untouched"};
+    CHECK_STATUS(volgrad_scene_init(memory, 1, desc, &scene, &small), VOLGRAD_ERROR_TOO_SMALL);
+    CHECK(small.struct_size == offsetof(volgrad_error, field) && small.index == 0 && strcmp(small.field, "untouched") == 0);
+    small.struct_size = small.index = 0;
+    CHECK_STATUS(volgrad_scene_init(memory, 1, desc, &scene, &small), VOLGRAD_ERROR_TOO_SMALL);
+    CHECK(small.struct_size == 0 && strcmp(small.field, "untouched") == 0);
+
+    /* Without media, materials and lights; arrays may be NULL then, in a zeroed medium index even. */
+    desc->media_count = desc->material_count = desc->light_count = 0;
+    desc->media = NULL, desc->materials = NULL, desc->lights = NULL;
+    desc->camera.medium = VOLGRAD_NONE;
+    CHECK_STATUS(volgrad_scene_init(memory, sizeof memory, desc, &scene, NULL), VOLGRAD_OK);
+    fill();
+}
+
+static void test_struct_size(void) {
+    struct {
+        volgrad_scene_desc desc;
+        unsigned char tail[4200];
+    } larger;
+    size_t bytes;
+    memset(&larger, 0, sizeof larger);
+    larger.desc = s.desc;
+    const struct {
+        size_t size;
+        volgrad_status status;
+    } cases[] = {
+        {0, VOLGRAD_ERROR_STRUCT_SIZE},
+        {3, VOLGRAD_ERROR_STRUCT_SIZE},
+        {sizeof s.desc + 8, VOLGRAD_OK},
+        {4096, VOLGRAD_OK},
+        {4097, VOLGRAD_ERROR_STRUCT_SIZE},
+        {UINT32_MAX, VOLGRAD_ERROR_STRUCT_SIZE},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const volgrad_scene *scene;
+        larger.desc.struct_size = (uint32_t)cases[i].size;
+        FILL(bytes), FILL(scene);
+        CHECK_STATUS(volgrad_scene_size(&larger.desc, &bytes), cases[i].status);
+        CHECK_STATUS(volgrad_scene_init(memory, sizeof memory, &larger.desc, &scene, NULL), cases[i].status);
+        CHECK(UNTOUCHED(bytes) == (cases[i].status != VOLGRAD_OK) && UNTOUCHED(scene) == (cases[i].status != VOLGRAD_OK));
+    }
+    larger.desc.struct_size = sizeof s.desc + 8;
+    larger.tail[7] = 1;
+    REFUSED(bytes, volgrad_scene_size(&larger.desc, &bytes), VOLGRAD_ERROR_STRUCT_SIZE);
+    larger.tail[7] = 0, larger.tail[8] = 1; /* past its end */
+    CHECK_STATUS(volgrad_scene_size(&larger.desc, &bytes), VOLGRAD_OK);
+
+    /* Ends within a pointer: no such version existed. */
+    s.desc.struct_size = offsetof(volgrad_scene_desc, lights) + 4;
+    REFUSED(bytes, volgrad_scene_size(&s.desc, &bytes), VOLGRAD_ERROR_STRUCT_SIZE);
+    fill();
+}
+
+int main(void) {
+    fill();
+    test_pointers();
+    test_struct_size();
+    test_camera();
+    test_media();
+    test_materials_and_lights();
+    return check_end();
+}
