@@ -1,0 +1,113 @@
+# Builds volgrad's C library and the renderer made of it, and runs everything that checks them.
+#
+#   make deps       installs what is missing (Debian, Ubuntu); names what is needed elsewhere
+#   make            build/libvolgrad.a and build/volgrad-render
+#   make demo       deps, and one scene with and without shifts in the same time: under three minutes
+#   make test       all tests, and a short comparison with the reference images
+#   make validate   the long comparison, and the long statistical tests
+#   make header     writes include/volgrad.h anew
+#
+# CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
+
+BUILD ?= build
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+PYTHON ?= python3
+VENV := $(BUILD)/venv
+PY := $(VENV)/bin/python
+
+FEATURES := ffi,exr
+LIBRARY := $(BUILD)/libvolgrad.a
+RENDER := $(BUILD)/volgrad-render
+SCENES := $(wildcard scenes/*.xml)
+
+PACKAGES := assimp expat libpng zlib
+EMBREE = $(shell $(CC) $(CPPFLAGS) -E -x c -include embree4/rtcore.h /dev/null >/dev/null 2>&1 && echo embree4 || echo embree3)
+C_FLAGS = -std=c11 -Wall -Wextra -Wpedantic -Iinclude $(CPPFLAGS) $(shell pkg-config --cflags $(PACKAGES)) $(CFLAGS)
+C_LIBS = $(shell pkg-config --libs $(PACKAGES)) -l$(EMBREE) -lpthread -ldl -lm $(LDFLAGS)
+
+HOST := $(wildcard examples_c/render/*.c)
+HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
+OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
+
+.PHONY: all deps demo test validate header clean test-rust test-c test-cli test-scenes FORCE
+.DELETE_ON_ERROR:
+
+all: $(LIBRARY) $(RENDER)
+
+# ---- library and renderer ----
+
+# Cargo knows whether there is something to do.
+$(TARGET)/release/libvolgrad.a: FORCE
+	cargo rustc --release --lib --features $(FEATURES) --crate-type staticlib
+
+$(LIBRARY): $(TARGET)/release/libvolgrad.a | $(BUILD)
+	cp -p $< $@
+
+$(BUILD)/render/%.o: examples_c/render/%.c $(HOST_HEADERS) | $(BUILD)/render
+	$(CC) $(C_FLAGS) -O2 -c $< -o $@
+
+$(RENDER): $(OBJECTS) $(LIBRARY)
+	$(CC) $^ $(C_LIBS) -o $@
+
+$(BUILD) $(BUILD)/render $(BUILD)/tests:
+	mkdir -p $@
+
+# ---- tests ----
+
+test: test-rust test-c test-cli test-scenes
+
+test-rust:
+	cargo test --no-fail-fast --features $(FEATURES)
+
+# The host's own tests, and those of the C interface, under the address and undefined behaviour sanitizers.
+SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
+HOST_TESTS := $(patsubst tests/host/%.c,$(BUILD)/tests/%,$(wildcard tests/host/*.c))
+ABI_TESTS := $(patsubst tests/c/%.c,$(BUILD)/tests/%,$(wildcard tests/c/*.c))
+ABI_SCRIPTS := $(wildcard tests/c/*.sh)
+
+$(HOST_TESTS): $(BUILD)/tests/%: tests/host/%.c $(HOST) $(HOST_HEADERS) $(LIBRARY) | $(BUILD)/tests
+	$(CC) $(C_FLAGS) $(SANITIZE) -Iexamples_c/render $< $(filter-out %/main.c,$(HOST)) $(LIBRARY) $(C_LIBS) -o $@
+
+$(ABI_TESTS): $(BUILD)/tests/%: tests/c/%.c $(wildcard tests/c/*.h) include/volgrad.h $(LIBRARY) | $(BUILD)/tests
+	$(CC) $(C_FLAGS) $(SANITIZE) $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+test-c: $(HOST_TESTS) $(ABI_TESTS)
+	$(BUILD)/tests/reader_test $(SCENES)
+	$(BUILD)/tests/queries_test
+	@set -e; for t in $(ABI_TESTS); do echo $$t; $$t; done
+	@set -e; for t in $(ABI_SCRIPTS); do echo $$t; CC='$(CC)' LIBRARY=$(LIBRARY) sh $$t; done
+
+test-cli: $(RENDER) $(VENV)/ready
+	sh tests/host/cli_test.sh $(RENDER) $(PY)
+
+test-scenes: $(RENDER) $(VENV)/ready
+	$(PY) tests/validate/scenes.py --quick --render $(RENDER) --output $(BUILD)/validate-quick
+
+# ---- the long checks, the demo ----
+
+validate: $(RENDER) $(VENV)/ready
+	$(PY) tests/validate/scenes.py --render $(RENDER) --output $(BUILD)/validate
+	VOLGRAD_LONG=1 cargo test --features $(FEATURES) --test unbiased --test energy --test single_scattering --test host_sampler
+	$(PYTHON) tests/mutants.py
+
+demo: deps
+	$(MAKE) $(RENDER)
+	$(PY) demo/demo.py --render $(RENDER) --output $(BUILD)/demo
+
+$(VENV)/ready: requirements.txt | $(BUILD)
+	$(PYTHON) -m venv $(VENV)
+	$(PY) -m pip install --quiet --disable-pip-version-check -r requirements.txt
+	touch $@
+
+# ---- the rest ----
+
+deps:
+	sh packaging/deps.sh
+	$(MAKE) $(VENV)/ready
+
+header:
+	UPDATE_HEADER=1 cargo test --features $(FEATURES) --test header
+
+clean:
+	rm -rf $(BUILD)
+	cargo clean

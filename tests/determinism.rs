@@ -1,0 +1,284 @@
+//! The same bits for any split of the work, and what becomes of a host's bad answers: the call stops with a status, or the path
+//! ends and is counted; never a panic.
+
+mod toy;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use toy::Geometry;
+use toy::scenes::{World, camera, edges_under_area_lights, homogeneous};
+use volgrad::film::{Cell, Film};
+use volgrad::math::{Colour, DVec2, Vec3};
+use volgrad::sampler::{Options, PathTracer, RandomNumbers, Stats, shift_numbers};
+use volgrad::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, Light, MAX_SEGMENTS, Queries, Ray, Stop};
+use volgrad::shift::{self, Kernel, Mode, Radius};
+
+const PASSES: u64 = 16;
+const PIXELS: u32 = 64;
+
+fn options(mode: impl Into<Option<Mode>>) -> Options {
+    let shift = |mode| shift::Options { mode, kernel: Kernel::Ball, radius: Radius::World(0.3), count: 3 };
+    Options { max_depth: 6, rr_depth: 3, seed: 5, shift: mode.into().map(shift) }
+}
+
+/// A film with its memory, and the counts of what went into it.
+#[derive(Clone, Debug, PartialEq)]
+struct Picture {
+    cells: Vec<Cell>,
+    dropped: u64,
+    stats: Stats,
+}
+
+impl Picture {
+    fn new() -> Self {
+        Self { cells: vec![Cell::default(); PIXELS as usize], dropped: 0, stats: Stats::default() }
+    }
+
+    fn film(&mut self) -> Film<'_> {
+        Film { width: 8, height: 8, cells: &mut self.cells, dropped: &mut self.dropped }
+    }
+
+    /// Samples those (pass, pixel) pairs; stops at the first error.
+    fn sample(
+        &mut self,
+        world: &World,
+        queries: &impl Queries,
+        mode: impl Into<Option<Mode>>,
+        work: impl Iterator<Item = (u64, u32)>,
+    ) -> Result<(), Stop> {
+        let scene = world.scene();
+        let tracer = PathTracer { scene: &scene, queries, options: options(mode) };
+        let mut stats = self.stats;
+        let mut film = self.film();
+        let mut work = work;
+        let result = work.try_for_each(|(pass, pixel)| tracer.sample_pixel(pass, pixel, &mut film, &mut stats));
+        self.stats = stats;
+        result
+    }
+
+    fn of(world: &World, mode: Mode, work: impl Iterator<Item = (u64, u32)>) -> Self {
+        let mut picture = Self::new();
+        picture.sample(world, &world.geometry, mode, work).expect("the toy host never stops");
+        picture
+    }
+
+    fn merge(mut self, other: Self) -> Self {
+        self.film().merge(&other.cells, other.dropped);
+        let (a, b) = (&mut self.stats, other.stats);
+        a.paths += b.paths;
+        a.rays += b.rays;
+        a.occlusion_rays += b.occlusion_rays;
+        a.shifted_paths += b.shifted_paths;
+        a.shifts += b.shifts;
+        a.stays += b.stays;
+        a.overflows += b.overflows;
+        self
+    }
+}
+
+/// All of the work, pass by pass and row by row.
+fn work() -> impl DoubleEndedIterator<Item = (u64, u32)> {
+    (0..PASSES).flat_map(|pass| (0..PIXELS).map(move |pixel| (pass, pixel)))
+}
+
+#[test]
+fn any_split_and_order_gives_the_same_bits() {
+    let world = edges_under_area_lights();
+    for mode in [Mode::Exact, Mode::Exchangeable, Mode::LogLinear] {
+        let whole = Picture::of(&world, mode, work());
+        assert!(whole.stats.shifted_paths > 100 && whole.cells.iter().filter(|cell| cell.0[1] > 0).count() > 50);
+        assert_eq!(whole, Picture::of(&world, mode, work().rev()), "backwards");
+        let part =
+            |share: &dyn Fn(u64, u32) -> bool| Picture::of(&world, mode, work().filter(|(pass, pixel)| share(*pass, *pixel)));
+        let by_pixels: [Picture; 3] = std::array::from_fn(|i| part(&|_, pixel| pixel % 3 == i as u32));
+        let by_passes: [Picture; 3] = std::array::from_fn(|i| part(&|pass, _| pass % 3 == i as u64));
+        for parts in [by_pixels, by_passes] {
+            let [a, b, c] = parts;
+            assert_eq!(whole, a.clone().merge(b.clone()).merge(c.clone()), "in order");
+            assert_eq!(whole, c.merge(a).merge(b), "out of order");
+        }
+    }
+}
+
+/// Two threads take work as they come, each into its own film.
+#[test]
+fn threads_give_the_same_bits() {
+    let world = edges_under_area_lights();
+    let next = AtomicU64::new(0);
+    let one_thread = || {
+        let count = PASSES * u64::from(PIXELS);
+        let claim = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count);
+        let work = std::iter::from_fn(claim).map(|i| (i / u64::from(PIXELS), (i % u64::from(PIXELS)) as u32));
+        Picture::of(&world, Mode::Exact, work)
+    };
+    let (a, b) = std::thread::scope(|scope| {
+        let other = scope.spawn(one_thread);
+        (one_thread(), other.join().expect("no panic"))
+    });
+    assert_eq!(Picture::of(&world, Mode::Exact, work()), a.merge(b));
+}
+
+/// A host whose answers to one kind of query are changed, from the `from`th on.
+struct Faulty<'a, F> {
+    geometry: &'a Geometry,
+    occlusion: bool,
+    from: u64,
+    asked: AtomicU64,
+    fault: F,
+}
+
+impl<F: Fn(&mut Hit) -> Result<(), Stop>> Faulty<'_, F> {
+    fn pass_on(&self, occlusion: bool, hits: &mut [Hit]) -> Result<(), Stop> {
+        if occlusion != self.occlusion || self.asked.fetch_add(1, Ordering::Relaxed) < self.from {
+            return Ok(());
+        }
+        hits.iter_mut().try_for_each(&self.fault)
+    }
+}
+
+impl<F: Fn(&mut Hit) -> Result<(), Stop>> Queries for Faulty<'_, F> {
+    fn intersect(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop> {
+        self.geometry.intersect(rays, hits)?;
+        self.pass_on(false, hits)
+    }
+
+    fn occluded(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop> {
+        self.geometry.occluded(rays, hits)?;
+        self.pass_on(true, hits)
+    }
+}
+
+/// What sampling everything, with or without shifts, comes to when the host's answers are changed by `fault`.
+fn with_fault(
+    mode: Option<Mode>,
+    occlusion: bool,
+    from: u64,
+    fault: impl Fn(&mut Hit) -> Result<(), Stop>,
+) -> (Result<(), Stop>, Picture) {
+    let world = edges_under_area_lights();
+    let host = Faulty { geometry: &world.geometry, occlusion, from, asked: AtomicU64::new(0), fault };
+    let mut picture = Picture::new();
+    let result = picture.sample(&world, &host, mode, work());
+    (result, picture)
+}
+
+fn set(change: impl Fn(&mut Hit)) -> impl Fn(&mut Hit) -> Result<(), Stop> {
+    move |hit| {
+        change(hit);
+        Ok(())
+    }
+}
+
+/// A way to break an answer, and its name.
+type Fault = (&'static str, fn(&mut Hit));
+
+/// Ways to break its media.
+const BAD_MEDIA: [Fault; 7] = [
+    ("no segments", |hit| hit.segment_count = 0),
+    ("too many segments", |hit| hit.segment_count = MAX_SEGMENTS as u32 + 1),
+    ("NaN end", |hit| hit.segments[0].end = f32::NAN),
+    ("negative end", |hit| hit.segments[0].end = -1.0),
+    ("falling ends", |hit| {
+        hit.segments[1] = hit.segments[0];
+        hit.segments[1].end = 0.0;
+        hit.segments[0].end = 1.0;
+        hit.segment_count = 2;
+    }),
+    ("unknown medium", |hit| hit.segments[0].medium = 3),
+    ("the constant that is no medium of a segment", |hit| hit.segments[0].medium = volgrad::scene::KEEP_MEDIUM),
+];
+
+/// Ways to break its surface.
+const BAD_SURFACES: [Fault; 10] = [
+    ("NaN distance", |hit| hit.t = f32::NAN),
+    ("infinite distance", |hit| hit.t = f32::INFINITY),
+    ("distance 0", |hit| hit.t = 0.0),
+    ("NaN normal", |hit| hit.normal.y = f32::NAN),
+    ("no normal", |hit| hit.normal = Vec3::default()),
+    ("unknown material", |hit| hit.material = 99),
+    ("unknown light", |hit| hit.light = 3),
+    ("unknown medium inside", |hit| hit.medium_inside = 3),
+    ("unknown medium outside", |hit| hit.medium_outside = 3),
+    ("unknown kind", |hit| hit.kind = 77),
+];
+
+#[test]
+fn answers_that_break_the_contract_stop_the_call() {
+    for (what, change) in BAD_MEDIA {
+        let free_only = |hit: &mut Hit| {
+            if hit.kind == HIT_NONE {
+                change(hit)
+            }
+        };
+        assert_eq!(with_fault(None, false, 100, set(change)).0, Err(Stop::InvalidHit), "{what}");
+        assert_eq!(with_fault(None, true, 100, set(free_only)).0, Err(Stop::InvalidHit), "{what}, occlusion");
+    }
+    for (what, change) in BAD_SURFACES {
+        let surface_only = |hit: &mut Hit| {
+            if hit.kind == HIT_SURFACE {
+                change(hit)
+            }
+        };
+        assert_eq!(with_fault(None, false, 100, set(surface_only)).0, Err(Stop::InvalidHit), "{what}");
+    }
+}
+
+/// A shift asks about occlusion by itself.
+#[test]
+fn a_shift_checks_its_answers() {
+    let world = edges_under_area_lights();
+    let scene = world.scene();
+    let tracer = PathTracer { scene: &scene, queries: &world.geometry, options: options(Mode::Exact) };
+    let corner = DVec2::new(3.0, 3.0);
+    let mut numbers = RandomNumbers::for_path(5, 0, 27);
+    let (_, record) = tracer.trace(corner, &mut numbers, &mut Stats::default()).expect("never stops");
+    let path = record.finish().expect("seed 5 scatters in pixel 27");
+    for (what, change) in BAD_MEDIA {
+        let free_only = |hit: &mut Hit| {
+            if hit.kind == HIT_NONE {
+                change(hit)
+            }
+        };
+        let host =
+            Faulty { geometry: &world.geometry, occlusion: true, from: 0, asked: AtomicU64::new(0), fault: set(free_only) };
+        let shift = options(Mode::Exact).shift.expect("shifts");
+        let result = shift::shift(&scene, &host, &shift, &path, shift_numbers(5, 0, 27), |_, _| {});
+        assert_eq!(result, Err(Stop::InvalidHit), "{what}");
+    }
+}
+
+#[test]
+fn a_callback_that_stops_is_passed_on() {
+    for occlusion in [false, true] {
+        let (result, picture) = with_fault(Some(Mode::Exact), occlusion, 200, |_| Err(Stop::Callback(-42)));
+        assert_eq!(result, Err(Stop::Callback(-42)));
+        // What was finished before is kept, and all finite.
+        assert!(picture.stats.paths > 10 && picture.cells.iter().any(|cell| cell.value().max_element() > 0.0));
+    }
+}
+
+/// A path that met too many media ends there and is counted; nothing else fails.
+#[test]
+fn overflow_is_counted() {
+    let overflow = || set(|hit| hit.kind = HIT_OVERFLOW);
+    let (result, blind) = with_fault(None, false, 0, overflow());
+    assert_eq!((result, blind.stats.overflows), (Ok(()), PASSES * u64::from(PIXELS)));
+    assert!(blind.cells.iter().all(|cell| *cell == Cell::default()));
+    let (result, unlit) = with_fault(None, true, 0, overflow());
+    assert_eq!(result, Ok(()));
+    assert!(unlit.stats.overflows > 0 && unlit.stats.overflows <= unlit.stats.occlusion_rays);
+}
+
+/// The same with media that are really there: nine boxes inside one another have seventeen stretches.
+#[test]
+fn more_media_than_fit_are_counted() {
+    let nested = |count: i32| {
+        let environment = Light::Environment { radiance: Colour::ONE };
+        (1..=count).rev().fold(World::new(camera([0.0, 0.0, -3.0], 0.01, 8)).light(environment, 1.0), |world, i| {
+            let half = [0.1 * f64::from(i); 3];
+            world.medium(half.map(|h| -h), half, homogeneous([0.5; 3], [1.0; 3], 0.0))
+        })
+    };
+    let (few, many) = (nested(7), nested(9));
+    assert_eq!(Picture::of(&few, Mode::Exact, work()).stats.overflows, 0);
+    assert_eq!(Picture::of(&many, Mode::Exact, work()).stats.overflows, PASSES * u64::from(PIXELS));
+}

@@ -1,0 +1,124 @@
+#!/bin/sh
+# What volgrad-render does at the command line: exit statuses, messages, --crop, seeds, threads, Ctrl-C.
+# Usage: cli_test.sh VOLGRAD-RENDER PYTHON        Prints `N passed, N failed`.
+set -u
+
+render=$1
+python=$2
+root=$(cd "$(dirname "$0")/../.." && pwd)
+scene=$root/scenes/caustic.xml
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+passed=0
+failed=0
+
+result() { # STATUS WHAT
+    if [ "$1" -eq 0 ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "failed: $2"
+        sed 's/^/    /' "$work/messages"
+    fi
+}
+
+check() { # WHAT COMMAND...
+    what=$1
+    shift
+    "$@" >>"$work/messages" 2>&1
+    result $? "$what"
+}
+
+expect() { # STATUS TEXT ARGUMENTS...: exit status and a piece of the messages
+    status=$1
+    text=$2
+    shift 2
+    "$render" "$@" >"$work/messages" 2>&1
+    actual=$?
+    echo "exit status $actual, expected $status" >>"$work/messages"
+    [ "$actual" -eq "$status" ]
+    result $? "volgrad-render $*: status"
+    check "volgrad-render $*: says '$text'" grep -qF -e "$text" "$work/messages"
+}
+
+same() { "$python" "$root/tests/validate/compare.py" --identical "$1" "$2"; }
+different() { ! same "$1" "$2"; }
+header() { # FILE EXPRESSION of h, the EXR's header
+    "$python" -c "import sys, OpenEXR; h = OpenEXR.File(sys.argv[1], header_only=True).header(); print({k: str(v) for k, v in h.items()}); sys.exit(not ($2))" "$1"
+}
+
+# ---- messages and exit statuses ----
+
+expect 0 "Usage: volgrad-render SCENE.xml -o IMAGE.exr" --help
+expect 0 "ABI" --version
+expect 2 "no scene given" -o "$work/a.exr"
+expect 2 "more than one scene given" "$scene" "$scene" -o "$work/a.exr"
+expect 2 "no output given" "$scene"
+expect 2 "must end in .exr" "$scene" -o "$work/a.png"
+expect 2 "unrecognized option" "$scene" -o "$work/a.exr" --no-such-option
+expect 2 "--spp 0: expected" "$scene" -o "$work/a.exr" --spp 0
+expect 2 "--time soon: expected" "$scene" -o "$work/a.exr" --time soon
+expect 2 "--threads -1: expected" "$scene" -o "$work/a.exr" --threads -1
+expect 2 "--seed 1x: expected" "$scene" -o "$work/a.exr" --seed 1x
+expect 2 "--shift sideways: expected" "$scene" -o "$work/a.exr" --shift sideways
+expect 2 "--shift-radius 0: expected" "$scene" -o "$work/a.exr" --shift exact --shift-radius 0
+expect 2 "--shift-count means nothing without --shift" "$scene" -o "$work/a.exr" --shift-count 4
+expect 2 "--crop 4,4,4,8: expected" "$scene" -o "$work/a.exr" --crop 4,4,4,8
+expect 2 "--crop reaches beyond the image" "$scene" -o "$work/a.exr" --crop 0,0,129,8
+expect 2 "cannot open" "$work/none.xml" -o "$work/a.exr"
+expect 1 "cannot write" "$scene" -o "$work/none/a.exr"
+mkdir "$work/folder.exr"
+expect 1 "is a directory" "$scene" -o "$work/folder.exr"
+printf '<scene version="3.0.0">\n <nonsense/>\n</scene>\n' >"$work/bad.xml"
+expect 2 "bad.xml:2:" "$work/bad.xml" -o "$work/a.exr"
+check "nothing is written after an error" test ! -e "$work/a.exr" -a ! -e "$work/a.png"
+
+# ---- images ----
+
+image() { # NAME ARGUMENTS...
+    name=$1
+    shift
+    "$render" "$scene" -o "$work/$name.exr" --quiet "$@" 2>"$work/messages"
+}
+
+check "renders" image one --spp 2 --seed 7 --threads 1
+check "writes a preview" test -s "$work/one.png"
+check "--quiet is quiet" test ! -s "$work/messages"
+check "header: samples per pixel" header "$work/one.exr" "h['samplesPerPixel'] == 2"
+for mode in none log_linear exact exchangeable; do
+    check "$mode: one thread" image "$mode-1" --spp 2 --threads 1 --shift $mode
+    check "$mode: three threads" image "$mode-3" --spp 2 --threads 3 --shift $mode
+    check "$mode: threads do not change a pixel" same "$work/$mode-1.exr" "$work/$mode-3.exr"
+done
+check "another seed" image other --spp 2 --seed 8
+check "another seed makes another image" different "$work/one.exr" "$work/other.exr"
+check "--crop" image crop --spp 1 --crop 16,32,48,40
+check "--crop: the file's windows" header "$work/crop.exr" \
+    "[list(map(int, c)) for w in (h['dataWindow'], h['displayWindow']) for c in w] == [[16, 32], [47, 39], [0, 0], [127, 127]]"
+check "--time stops" image timed --time 0.5
+check "--max-depth" image shallow --spp 1 --max-depth 1
+
+# ---- Ctrl-C ----
+
+interrupt() { # NAME TIMES: Ctrl-C after a while; leaves the exit status in $status
+    "$render" "$scene" -o "$work/$1.exr" --time 120 --seed 3 2>"$work/messages" &
+    pid=$!
+    sleep 2
+    for _ in $(seq "$2"); do
+        kill -INT "$pid"
+    done
+    wait "$pid"
+    status=$?
+}
+
+interrupt stopped 1
+check "Ctrl-C: exit status 130, not $status" test "$status" -eq 130
+check "Ctrl-C: says so" grep -q "ending this pass" "$work/messages"
+check "Ctrl-C: whole passes" header "$work/stopped.exr" "h['samplesPerPixel'] >= 1 and h['samplesPerPixel'] % 1 == 0"
+passes=$("$python" -c "import sys, OpenEXR; print('%.0f' % OpenEXR.File(sys.argv[1], header_only=True).header()['samplesPerPixel'][0])" "$work/stopped.exr")
+check "Ctrl-C: the same passes without" image whole --seed 3 --spp "$passes"
+check "Ctrl-C: the image is that of those passes" same "$work/stopped.exr" "$work/whole.exr"
+check "no unfinished file is left" test -z "$(find "$work" -name '*.part')"
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]

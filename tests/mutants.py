@@ -1,0 +1,268 @@
+#!/usr/bin/env python3
+"""Do the statistical tests notice? Each mutant is a mistake that one could make in src/; the named test has to fail on it.
+
+Copies the repository to a temporary directory, checks that all named tests pass there, then makes one change at a time and runs its
+test. Needs git, cargo and Python's standard library. Exits with 1 if a mutant survives, is not found in the source, or does not
+compile. Usage: tests/mutants.py [part of a mutant's name ...]
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+
+
+@dataclass
+class Mutant:
+    name: str
+    file: str
+    old: str  # must occur exactly once
+    new: str
+    test: str  # "file test" of cargo test
+
+
+MUTANTS = [
+    # The shifts: what makes the unbiased modes unbiased.
+    Mutant(
+        "exact without the stay rule: rejected offsets are lost",
+        "src/shift/weight.rs",
+        "at_own += here.colour * rest * wing;",
+        "let _ = &mut at_own;",
+        "unbiased exact_disk_under_a_point_light",
+    ),
+    Mutant(
+        "exact bounds W above only",
+        "src/shift/weight.rs",
+        "ratio * MAX_RATIO >= 1.0 && ratio <= MAX_RATIO",
+        "ratio > 0.0 && ratio <= MAX_RATIO",
+        "unbiased exact_ball_under_a_point_light",
+    ),
+    Mutant(
+        "exact bounds W below only",
+        "src/shift/weight.rs",
+        "ratio * MAX_RATIO >= 1.0 && ratio <= MAX_RATIO",
+        "ratio * MAX_RATIO >= 1.0",
+        "unbiased exact_ball_under_a_point_light",
+    ),
+    Mutant(
+        "exchangeable without a common centre",
+        "src/shift/batch.rs",
+        "Mode::Exchangeable => self.path.x + offset(),",
+        "Mode::Exchangeable => self.path.x,",
+        "unbiased exchangeable_ball_under_a_point_light",
+    ),
+    Mutant(
+        "exchangeable, thesis' choice: the sum leaves the path itself out",
+        "src/shift/weight.rs",
+        "for member in members {\n            let value = &member.links[i];\n            let s = luminance(value.colour);",
+        "for member in members.iter().skip(1) {\n            let value = &member.links[i];\n            let s = luminance(value.colour);",
+        "kernels energy",
+    ),
+    Mutant(
+        "the camera edge is never occluded",
+        "src/shift/batch.rs",
+        "if hit.kind == HIT_NONE {",
+        "let start = self.scene.camera.position + self.scene.camera.near_clip * self.scene.camera.forward;\n"
+        "            if hit.kind == HIT_NONE || (rays[0].origin.wide() - start).length() < 0.2 {",
+        "unbiased exact_disk_under_a_point_light",
+    ),
+    Mutant(
+        "the other edge is never occluded",
+        "src/shift/batch.rs",
+        "if hit.kind == HIT_NONE {",
+        "let start = self.scene.camera.position + self.scene.camera.near_clip * self.scene.camera.forward;\n"
+        "            if hit.kind == HIT_NONE || (rays[0].origin.wide() - start).length() > 0.2 {",
+        "unbiased exact_disk_under_a_point_light",
+    ),
+    Mutant(
+        "a disk across the camera ray",
+        "src/shift/batch.rs",
+        "let mut offset = || self.options.offset(camera, self.radius, [random(), random(), random()]);",
+        "let (s, t) = crate::math::orthonormal_basis(self.path.image.ray.direction);\n"
+        "        let tilted = crate::scene::Camera { right: s, up: t, ..*camera };\n"
+        "        let mut offset = || self.options.offset(&tilted, self.radius, [random(), random(), random()]);",
+        "unbiased exact_disk_under_a_point_light",
+    ),
+    Mutant(
+        "a disk that is not uniform by area",
+        "src/math.rs",
+        "let (radius, angle) = (sqrt(u.x), 2.0 * PI * u.y);",
+        "let (radius, angle) = (u.x, 2.0 * PI * u.y);",
+        "kernels the_disk_is_symmetric",
+    ),
+    Mutant(
+        "a ball that is not uniform by volume",
+        "src/shift/kernel.rs",
+        "libm::cbrt(u[2])",
+        "u[2]",
+        "kernels the_ball_is_symmetric",
+    ),
+    Mutant(
+        "the scattering coefficient stays that of x",
+        "src/shift/batch.rs",
+        "camera_side(scene, member.y, &image, last.medium, optical_depth(&line))",
+        "camera_side(scene, self.path.x, &image, self.path.medium, optical_depth(&line))",
+        "unbiased exchangeable_ball_under_a_point_light",
+    ),
+    Mutant(
+        "the phase function at the next vertex stays that of x",
+        "src/shift/batch.rs",
+        "wings: link.wing_values(direction) }",
+        "wings: self.path.value(scene, i).wings }",
+        "host_sampler a_shifted_splat",
+    ),
+    Mutant(
+        "the light's cosine is left out of a link",
+        "src/shift/link.rs",
+        "let cosine = normal.map_or(1.0, |n| -n.dot(direction));\n            scattering",
+        "let cosine = normal.map_or(1.0, |n| f64::from(n.dot(direction) < 0.0));\n            scattering",
+        "single_scattering shifted_paths_under_an_area_light",
+    ),
+    Mutant(
+        "from_path takes the weight for the whole contribution",
+        "src/shift/link.rs",
+        "let scale = luminance(weight) / luminance(f);",
+        "let scale = luminance(weight);",
+        "host_sampler exchangeable_single_scattering",
+    ),
+    # The path sampler.
+    Mutant(
+        "next-event estimation is weighted 1",
+        "src/sampler/next_event.rs",
+        "light.emission() / (aim.pdf + going_on)",
+        "light.emission() / (aim.pdf + 0.0 * going_on)",
+        "energy how_often",
+    ),
+    Mutant(
+        "transmittance is missing in next-event estimation's MIS weight only",
+        "src/sampler/next_event.rs",
+        "survival * vertex.pdf(direction) * mean(transmittance) * geometry",
+        "survival * vertex.pdf(direction) * geometry",
+        "energy furnace_with_a_grid",
+    ),
+    Mutant(
+        "transmittance is missing in emission's MIS weight only",
+        "src/sampler/path_tracer.rs",
+        "let going_on = sampled.pdf * probability * geometry;",
+        "let going_on = sampled.pdf * geometry;",
+        "energy furnace_with_a_grid",
+    ),
+    Mutant(
+        "roulette's survival is missing in next-event estimation's MIS weight",
+        "src/sampler/next_event.rs",
+        "survival * vertex.pdf(direction) * mean(transmittance) * geometry",
+        "vertex.pdf(direction) * mean(transmittance) * geometry",
+        "energy roulette",
+    ),
+    Mutant(
+        "the phase function is turned around",
+        "src/phase.rs",
+        "let d = 1.0 + g * g + 2.0 * g * c;\n        (1.0",
+        "let d = 1.0 + g * g - 2.0 * g * c;\n        (1.0",
+        "single_scattering point_light_in_an_unbounded_medium",
+    ),
+    Mutant(
+        "shifts share the path's numbers",
+        "src/sampler/primary.rs",
+        "const SHIFT: u64 = 1;",
+        "const SHIFT: u64 = 0;",
+        "unbiased exact_disk_under_a_point_light",
+    ),
+    # Exactness.
+    Mutant(
+        "numbers depend on the pixel only",
+        "src/sampler/primary.rs",
+        "mix(mix(seed) ^ pass)",
+        "mix(mix(seed) ^ 0 * pass)",
+        "energy furnace_with_a_grid",
+    ),
+    Mutant(
+        "a shift's occlusion answer is not checked",
+        "src/shift/batch.rs",
+        "                hit.check(self.scene)?;\n",
+        "",
+        "determinism a_shift_checks",
+    ),
+    Mutant(
+        "next-event estimation's occlusion answer is not checked",
+        "src/sampler/next_event.rs",
+        "HIT_NONE => hit.check(scene)?,",
+        "HIT_NONE => {}",
+        "determinism answers_that_break_the_contract",
+    ),
+]
+
+
+def copy_repository(to: pathlib.Path) -> None:
+    """What git tracks or would track."""
+    root = pathlib.Path(__file__).resolve().parent.parent
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=root, check=True, capture_output=True
+    )
+    for name in filter(None, listed.stdout.decode().split("\0")):
+        source = root / name
+        if source.is_file():
+            (to / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, to / name)
+
+
+def run(copy: pathlib.Path, test: str, build_only: bool = False) -> subprocess.CompletedProcess:
+    file, name = test.split()
+    command = ["cargo", "test", "--quiet", "--test", file] + (["--no-run"] if build_only else ["--", name])
+    return subprocess.run(command, cwd=copy, capture_output=True, text=True)
+
+
+def reason(output: str) -> str:
+    """What the first failed assertion says."""
+    lines = output.splitlines()
+    panics = [i for i, line in enumerate(lines) if "panicked at" in line]
+    return lines[panics[0] + 1] if panics and panics[0] + 1 < len(lines) else ""
+
+
+def verdict(copy: pathlib.Path, mutant: Mutant) -> tuple[str, str]:
+    path = copy / mutant.file
+    original = path.read_text()
+    if original.count(mutant.old) != 1:
+        return "NOT FOUND", ""
+    path.write_text(original.replace(mutant.old, mutant.new))
+    try:
+        build = run(copy, mutant.test, build_only=True)
+        if build.returncode != 0:
+            return "NO BUILD", build.stderr
+        result = run(copy, mutant.test)
+        return ("SURVIVES", "") if result.returncode == 0 else ("killed", reason(result.stdout))
+    finally:
+        path.write_text(original)
+
+
+def main(wanted: list[str]) -> int:
+    mutants = [m for m in MUTANTS if not wanted or any(part in m.name for part in wanted)]
+    with tempfile.TemporaryDirectory(prefix="volgrad-mutants-") as directory:
+        copy = pathlib.Path(directory)
+        # Builds of the dependencies may be shared through CARGO_TARGET_DIR.
+        os.environ.setdefault("CARGO_TARGET_DIR", str(copy / "target"))
+        copy_repository(copy)
+        bad = 0
+        for test in sorted({m.test for m in mutants}):
+            result = run(copy, test)
+            if result.returncode != 0 or " 0 passed" in result.stdout:
+                print(f"{test}: does not pass, or is no test\n{result.stdout}{result.stderr}")
+                bad += 1
+        if bad:
+            return 1
+        print(f"{'verdict':10} {'s':>5}  mutant (test)")
+        for mutant in mutants:
+            begin = time.monotonic()
+            result, why = verdict(copy, mutant)
+            bad += result != "killed"
+            print(f"{result:10} {time.monotonic() - begin:5.1f}  {mutant.name} ({mutant.test})\n{'':18}{why}", flush=True)
+        print(f"{len(mutants) - bad} of {len(mutants)} mutants killed")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
