@@ -365,7 +365,7 @@ typedef struct volgrad_path_sampler_options {
   uint32_t rr_depth;
   uint32_t reserved;
   uint64_t seed;
-  // Batches for paths that begin in a medium. Its struct_size is that of this library's version.
+  // Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
   struct volgrad_shift_options shift;
 } volgrad_path_sampler_options;
 
@@ -708,7 +708,8 @@ volgrad_status volgrad_shift_options_default(struct volgrad_shift_options *optio
 //
 // `weight` is C = w f / p in RGB: what the sampler would have splatted for this path. For the result to be unbiased, hand over the
 // samples of all techniques, with MIS weights w that sum to 1 wherever f > 0, none clamped, all with the same options.
-// Paths whose first vertex may not move (on a surface, or before a specular one) come back as one splat at their own pixel.
+// A first vertex in a medium moves in space. One on a surface moves with its image point, which takes mode EXACT or EXCHANGEABLE and a
+// disk in pixels. Paths whose first vertex may not move (specular, or before a specular one) come back as one splat at their own pixel.
 // `seed` and `index` choose the offsets: another index for every path. `queries` may be NULL for `VOLGRAD_SHIFT_LOG_LINEAR`.
 // Checks kinds and indices of the path, nothing else (see `volgrad_path_validate`).
 volgrad_status volgrad_shift_path(const struct volgrad_scene *scene,

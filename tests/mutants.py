@@ -65,17 +65,17 @@ MUTANTS = [
     Mutant(
         "the camera edge is never occluded",
         "src/shift/batch.rs",
-        "if hit.kind == HIT_NONE {",
+        "if hit.kind == wanted {",
         "let start = self.scene.camera.position + self.scene.camera.near_clip * self.scene.camera.forward;\n"
-        "            if hit.kind == HIT_NONE || (rays[0].origin.wide() - start).length() < 0.2 {",
+        "            if hit.kind == wanted || wanted == HIT_NONE && (rays[0].origin.wide() - start).length() < 0.2 {",
         "unbiased exact_disk_under_a_point_light",
     ),
     Mutant(
         "the other edge is never occluded",
         "src/shift/batch.rs",
-        "if hit.kind == HIT_NONE {",
+        "if hit.kind == wanted {",
         "let start = self.scene.camera.position + self.scene.camera.near_clip * self.scene.camera.forward;\n"
-        "            if hit.kind == HIT_NONE || (rays[0].origin.wide() - start).length() > 0.2 {",
+        "            if hit.kind == wanted || wanted == HIT_NONE && (rays[0].origin.wide() - start).length() > 0.2 {",
         "unbiased exact_disk_under_a_point_light",
     ),
     Mutant(
@@ -86,6 +86,20 @@ MUTANTS = [
         "        let tilted = crate::scene::Camera { right: s, up: t, ..*camera };\n"
         "        let mut offset = || self.options.offset(&tilted, self.radius, [random(), random(), random()]);",
         "unbiased exact_disk_under_a_point_light",
+    ),
+    Mutant(
+        "a shifted surface without its cosine",
+        "src/shift/link.rs",
+        "bsdf.eval(normal, to_camera, to_next) * normal.dot(to_next).abs())",
+        "bsdf.eval(normal, to_camera, to_next))",
+        "unbiased exact_disk_under_area_lights",
+    ),
+    Mutant(
+        "a surface's path forgets the probability of passing the media before it",
+        "src/sampler/path_tracer.rs",
+        "self.record.first(First::Surface { material: hit.material, normal, medium }, image, probability, &arrival);",
+        "self.record.first(First::Surface { material: hit.material, normal, medium }, image, 1.0, &arrival);",
+        "unbiased exchangeable_disk_under_area_lights",
     ),
     Mutant(
         "a disk that is not uniform by area",

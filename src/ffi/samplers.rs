@@ -62,7 +62,7 @@ pub struct volgrad_path_sampler_options {
     pub rr_depth: u32,
     pub reserved: u32,
     pub seed: u64,
-    /// Batches for paths that begin in a medium. Its struct_size is that of this library's version.
+    /// Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
     pub shift: volgrad_shift_options,
 }
 

@@ -106,7 +106,8 @@ pub unsafe extern "C" fn volgrad_shift_options_default(
 ///
 /// `weight` is C = w f / p in RGB: what the sampler would have splatted for this path. For the result to be unbiased, hand over the
 /// samples of all techniques, with MIS weights w that sum to 1 wherever f > 0, none clamped, all with the same options.
-/// Paths whose first vertex may not move (on a surface, or before a specular one) come back as one splat at their own pixel.
+/// A first vertex in a medium moves in space. One on a surface moves with its image point, which takes mode EXACT or EXCHANGEABLE and a
+/// disk in pixels. Paths whose first vertex may not move (specular, or before a specular one) come back as one splat at their own pixel.
 /// `seed` and `index` choose the offsets: another index for every path. `queries` may be NULL for `VOLGRAD_SHIFT_LOG_LINEAR`.
 /// Checks kinds and indices of the path, nothing else (see `volgrad_path_validate`).
 #[unsafe(no_mangle)]

@@ -1,6 +1,8 @@
 //! The contribution f(x̄) of a path, factor by factor:
 //!
-//!     f = We Π_edges [ G Tr ] Π_inner [ σ_s f_p  or  f_r ] Le        [Lu20 (5)]
+//! ```text
+//! f = We Π_edges [ G Tr ] Π_inner [ σ_s f_p  or  f_r ] Le        [Lu20 (5)]
+//! ```
 //!
 //! With specular vertices f is meant without their delta factors, in (direction, distance) measure along the chain.
 

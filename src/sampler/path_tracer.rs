@@ -1,5 +1,5 @@
 //! A unidirectional volumetric path tracer: next-event estimation, multiple importance sampling with the true pdfs (free flight
-//! and roulette included), Russian roulette; and a batch of shifts for every path whose first vertex lies in a medium.
+//! and roulette included), Russian roulette; and a batch of shifts for every path whose first vertex may move.
 
 use super::interaction::{Interaction, Scatterer};
 use super::next_event::{self, Origin, Outcome};
@@ -8,8 +8,10 @@ use super::record::{Arrival, Record};
 use crate::film::Film;
 use crate::math::{Colour, DVec2, DVec3, absorptance, mean, transmittance};
 use crate::medium::{Flight, Line, NONE, Segment, optical_depth, sample_distance};
-use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, Light, Queries, Ray, Scene, Stop, surface_epsilon};
-use crate::shift::{self, Next};
+use crate::scene::{
+    Bsdf, CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, KEEP_MEDIUM, Light, Queries, Ray, Scene, Stop, surface_epsilon,
+};
+use crate::shift::{self, First, Next, volume_to_image};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -65,6 +67,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
             stats.shifted_paths += 1;
             stats.shifts += batch.shifts;
             stats.stays += batch.stays;
+            stats.rays += batch.rays;
             stats.occlusion_rays += batch.occlusion_rays;
             stats.overflows += batch.overflows;
         }
@@ -105,6 +108,9 @@ struct Walk<'a, Q> {
     options: &'a Options,
     stats: &'a mut Stats,
     record: Record,
+    /// Where on the image the path begins.
+    pixel: DVec2,
+    camera_ray: CameraRay,
     origin: DVec3,
     direction: DVec3,
     /// Where the ray begins: at the near plane for the first one.
@@ -136,6 +142,8 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             options: &tracer.options,
             stats,
             record: Record::new(tracer.options.shift.is_some()),
+            pixel,
+            camera_ray: ray,
             origin: camera.position,
             direction: ray.direction,
             start: ray.start,
@@ -226,8 +234,9 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let next = Next::Point { position, normal: None };
         let arrival = self.arrival(next, t, optical_depth, hit.media(), weight);
         if depth == 1 {
-            let image = self.scene.camera.project(position);
-            image.inspect(|image| self.record.first(&self.scene.camera, *image, index, pdf, &arrival));
+            let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: t };
+            let density = volume_to_image(&self.scene.camera, &image) * pdf;
+            self.record.first(First::Medium(index), image, density, &arrival);
         } else {
             self.record.later(&arrival, Some(medium.phase), true);
         }
@@ -253,12 +262,18 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let position = self.origin + length * self.direction;
         let next = Next::Point { position, normal: Some(normal) };
         let arrival = self.arrival(next, length, optical_depth, hit.media(), weight);
-        self.record.later(&arrival, None, !bsdf.is_specular());
+        self.medium = hit.media().last().map_or(NONE, |segment| segment.medium);
+        if depth > 1 {
+            self.record.later(&arrival, None, !bsdf.is_specular());
+        } else if !bsdf.is_specular() {
+            let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: length };
+            let medium = if hit.medium_outside == KEEP_MEDIUM { self.medium } else { hit.medium_outside };
+            self.record.first(First::Surface { material: hit.material, normal, medium }, image, probability, &arrival);
+        }
         let cosine = -normal.dot(self.direction);
         if depth > 1 && hit.light != NONE && cosine > 0.0 {
             self.meet(hit.light, cosine / (length * length), probability);
         }
-        self.medium = hit.media().last().map_or(NONE, |segment| segment.medium);
         let scatterer = Scatterer::Surface { bsdf, normal };
         let interaction = Interaction { position, to_camera: -self.direction, scatterer };
         Some(Vertex { interaction, hit, epsilon: surface_epsilon(position, length) })
@@ -314,7 +329,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let Some(sample) = vertex.interaction.sample(u, number(numbers, Slot::Lobe)) else { return Ok(false) };
         let weight = sample.weight / survival;
         self.throughput *= weight;
-        self.record.scattered(sample.direction, weight, sample.pdf.unwrap_or(1.0));
+        self.record.scattered(sample.direction, weight, sample.pdf.unwrap_or(1.0), survival);
         let Origin { medium, t_min } = self.origin_of(vertex, sample.direction);
         (self.origin, self.direction, self.start) = (vertex.interaction.position, sample.direction, 0.0);
         (self.medium, self.t_min) = (medium, t_min);

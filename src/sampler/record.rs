@@ -1,4 +1,4 @@
-//! What a path carries to the film: contributions that stay at its pixel, and those that its first medium vertex can take along.
+//! What a path carries to the film: contributions that stay at its pixel, and those that its first vertex can take along.
 //!
 //! Beside the usual throughput it keeps `rest`, the throughput without the factors that change when x_1 moves (shift/link.rs):
 //! 1/(We G pdf) at x_1, and so on; so a contribution's `rest` needs no division of colours.
@@ -7,18 +7,18 @@ use super::next_event::NextEvent;
 use crate::math::{Colour, DVec3};
 use crate::medium::Segment;
 use crate::phase::Phase;
-use crate::scene::{Camera, ImagePoint};
-use crate::shift::{Link, Next, Shiftable};
+use crate::scene::ImagePoint;
+use crate::shift::{First, Link, Next, Shiftable};
 
 /// How far along the path the recording is.
 #[derive(Clone, Copy, Debug)]
 enum Stage {
     /// All contributions stay.
     Plain,
-    /// At x_1, in a medium.
+    /// At x_1.
     First,
-    /// On the way to x_2; the phase function's value at x_1.
-    Leaving { scattering: f64 },
+    /// On the way to x_2, in a direction of this density.
+    Leaving { pdf: f64 },
     /// At x_2; its phase function if in a medium.
     Second { phase: Option<Phase> },
     /// Beyond: the unit vector from x_2 onwards, and whether it passes a phase function at x_2.
@@ -57,29 +57,27 @@ impl Record {
         Self { plain: none, enabled, stage: Stage::Plain, shiftable: None, rest: none, beyond: none }
     }
 
-    /// The first vertex lies in medium `medium`; `pdf` is the collision's.
-    pub fn first(&mut self, camera: &Camera, image: ImagePoint, medium: u32, pdf: f64, arrival: &Arrival) {
+    /// The first vertex, where f = A·L·… in the measure of shift/link.rs, and the path's density in that measure so far.
+    pub fn first(&mut self, first: First, image: ImagePoint, density: f64, arrival: &Arrival) {
         let Next::Point { position, .. } = arrival.next else { return };
         if !self.enabled {
             return;
         }
-        // A pixel is sampled uniformly and its estimate is radiance, so We·G·pdf in volume measure is the density behind C = f/p.
-        let geometry = image.ray.cosine / (image.distance * image.distance);
-        self.rest = Colour::splat(1.0 / (camera.importance(image.ray.cosine) * geometry * pdf));
-        self.shiftable = Some(Shiftable::new(position, image, medium, arrival.optical_depth, arrival.segments));
+        self.rest = Colour::splat(1.0 / density);
+        self.shiftable = Some(Shiftable::new(position, image, first, arrival.optical_depth, arrival.segments));
         self.stage = Stage::First;
     }
 
     /// A later vertex; `connectable` unless it is specular.
     pub fn later(&mut self, arrival: &Arrival, phase: Option<Phase>, connectable: bool) {
         match self.stage {
-            Stage::Leaving { scattering } => {
+            Stage::Leaving { pdf } => {
                 let geometry = arrival.geometry();
                 if !connectable || !(geometry > 0.0) {
                     self.stage = Stage::Plain;
                     return;
                 }
-                self.rest *= arrival.weight / (scattering * geometry);
+                self.rest *= arrival.weight / (pdf * geometry);
                 if let Some(shiftable) = &mut self.shiftable {
                     let link = Link::new(arrival.next, arrival.optical_depth, arrival.segments);
                     shiftable.links[1] = Some(Link { phase: phase.unwrap_or_default(), ..link });
@@ -121,15 +119,16 @@ impl Record {
         }
     }
 
-    /// The path goes on in `direction`; `weight` is value over pdf and survival, `value` the phase function's, if in a medium.
-    pub fn scattered(&mut self, direction: DVec3, weight: Colour, value: f64) {
+    /// The path goes on in `direction` of density `pdf`; `weight` is value over pdf and `survival`, the probability of going on.
+    pub fn scattered(&mut self, direction: DVec3, weight: Colour, pdf: f64, survival: f64) {
         match self.stage {
             Stage::First => {
-                self.rest *= weight;
-                self.stage = Stage::Leaving { scattering: value };
+                self.rest /= survival;
+                self.stage = Stage::Leaving { pdf };
             }
             Stage::Second { phase } => {
-                self.rest *= if phase.is_some() { weight / value } else { weight };
+                // A phase function is its own density.
+                self.rest *= if phase.is_some() { weight / pdf } else { weight };
                 self.stage = Stage::Beyond { onwards: direction, wing: phase.is_some() };
             }
             Stage::Beyond { .. } => self.rest *= weight,

@@ -59,6 +59,12 @@ impl Camera {
         CameraRay { direction: to_plane / distance, start: self.near_clip * distance, cosine: 1.0 / distance }
     }
 
+    /// Whether an image point is on the sampled pixels.
+    pub fn samples(&self, pixel: DVec2) -> bool {
+        let [x0, y0, x1, y1] = self.crop.map(f64::from);
+        pixel.x >= x0 && pixel.x < x1 && pixel.y >= y0 && pixel.y < y1
+    }
+
     /// Depth of a world point along the viewing direction.
     pub fn depth(&self, x: DVec3) -> f64 {
         (x - self.position).dot(self.forward)
@@ -76,8 +82,7 @@ impl Camera {
             0.5 * f64::from(self.width) + v.dot(self.right) * scale,
             0.5 * f64::from(self.height) - v.dot(self.up) * scale,
         );
-        let [x0, y0, x1, y1] = self.crop.map(f64::from);
-        if !(pixel.x >= x0 && pixel.x < x1 && pixel.y >= y0 && pixel.y < y1) {
+        if !self.samples(pixel) {
             return None;
         }
         let distance = v.length();

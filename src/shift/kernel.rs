@@ -51,6 +51,15 @@ impl Options {
         }
     }
 
+    /// The radius in pixels if surfaces may be shifted: they move with their image point, which takes a disk in pixels, and weights from
+    /// ray queries.
+    pub fn surface_radius(&self) -> Option<f64> {
+        match (self.mode, self.kernel, self.radius) {
+            (Mode::Exact | Mode::Exchangeable, Kernel::Disk, Radius::Pixels(pixels)) => Some(pixels),
+            _ => None,
+        }
+    }
+
     /// An offset from three uniform numbers.
     pub fn offset(&self, camera: &Camera, radius: f64, u: [f64; 3]) -> DVec3 {
         match self.kernel {

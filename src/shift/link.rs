@@ -1,10 +1,11 @@
-//! What of a path changes when its first medium vertex moves, and what stays.
+//! What of a path changes when its first vertex moves, and what stays.
 //!
-//! f = A(x)·L(x)·w(x)·rest: the camera side A = We G Tr σ_s, the link L = f_p G Tr from x to its next neighbour, and the phase
+//! f = A(x)·L(x)·w(x)·rest: the camera side A, the link L = f_p G Tr (or f_r G Tr) from x to its next neighbour, and the phase
 //! function w at that neighbour change; `rest` does not. Several contributions of one sampled path share A, some share L.
+//! In a medium A = We G Tr σ_s, in volume measure. On a surface A = Tr, in image measure: We G dA(x) is the image's own area.
 
 use crate::math::{Colour, DVec3, luminance, transmittance};
-use crate::medium::{Line, Medium, Segment, optical_depth};
+use crate::medium::{Line, Medium, NONE, Segment, optical_depth};
 use crate::path::{Neighbour, Node, Path, PathError, PathErrorKind, Wing, factors};
 use crate::phase::Phase;
 use crate::scene::{Camera, ImagePoint, MAX_SEGMENTS, Scene};
@@ -108,12 +109,58 @@ impl Link {
 /// Most links of one path: to a light, and to the next vertex.
 pub const MAX_LINKS: usize = 2;
 
-/// A sampled path whose first vertex lies in a medium and may move.
+/// What scatters at the first vertex.
+#[derive(Clone, Copy, Debug)]
+pub enum First {
+    /// The medium of this index: x moves in space.
+    Medium(u32),
+    /// A surface that is not specular: x moves with the image point that sees it. `medium` is on the side that its normal points to.
+    Surface { material: u32, normal: DVec3, medium: u32 },
+}
+
+impl First {
+    /// f_p, or f_r·cos.
+    fn scattering(&self, scene: &Scene, to_camera: DVec3, to_next: DVec3) -> Colour {
+        match *self {
+            Self::Medium(index) => {
+                let phase = scene.medium(index).map(|medium| medium.phase);
+                Colour::splat(phase.map_or(0.0, |phase| phase.eval(to_camera.dot(to_next))))
+            }
+            Self::Surface { material, normal, .. } => {
+                let bsdf = scene.materials.get(material as usize);
+                bsdf.map_or(Colour::ZERO, |bsdf| bsdf.eval(normal, to_camera, to_next) * normal.dot(to_next).abs())
+            }
+        }
+    }
+
+    /// The medium in which links start.
+    pub fn medium(&self) -> u32 {
+        match *self {
+            Self::Medium(medium) | Self::Surface { medium, .. } => medium,
+        }
+    }
+
+    /// A, from the optical depth between the near plane and x.
+    pub fn camera_side(&self, scene: &Scene, x: DVec3, image: &ImagePoint, optical_depth: Colour) -> Colour {
+        let transmittance = transmittance(optical_depth);
+        let Self::Medium(index) = *self else { return transmittance };
+        let Some(medium) = scene.medium(index) else { return Colour::ZERO };
+        medium.sigma_s(x) * transmittance * volume_to_image(&scene.camera, image)
+    }
+}
+
+/// We cosθ/d²: what a volume at an image point's world point takes of the image's measure, per length along the ray.
+pub fn volume_to_image(camera: &Camera, image: &ImagePoint) -> f64 {
+    let cosine = image.ray.cosine;
+    camera.importance(cosine) * cosine / (image.distance * image.distance)
+}
+
+/// A sampled path whose first vertex may move.
 #[derive(Clone, Copy, Debug)]
 pub struct Shiftable {
     pub x: DVec3,
     pub image: ImagePoint,
-    pub medium: u32,
+    pub first: First,
     /// From the near plane to x.
     pub optical_depth: Colour,
     pub media: Media,
@@ -128,14 +175,6 @@ pub struct LinkValue {
     pub wings: [f64; MAX_WINGS],
 }
 
-/// A(x) = We cosθ/d² Tr σ_s.
-pub fn camera_side(scene: &Scene, x: DVec3, image: &ImagePoint, medium: u32, optical_depth: Colour) -> Colour {
-    let Some(medium) = scene.medium(medium) else { return Colour::ZERO };
-    let cosine = image.ray.cosine;
-    let geometry = cosine / (image.distance * image.distance);
-    medium.sigma_s(x) * transmittance(optical_depth) * (scene.camera.importance(cosine) * geometry)
-}
-
 /// Direction and distance from x to `next`.
 pub fn towards(x: DVec3, next: &Next) -> (DVec3, f64) {
     match *next {
@@ -147,22 +186,22 @@ pub fn towards(x: DVec3, next: &Next) -> (DVec3, f64) {
     }
 }
 
-/// f_p·G of the link, before visibility and Tr; 0 if `next` faces away.
-pub fn link_geometry(phase: Phase, to_camera: DVec3, next: &Next, direction: DVec3, distance: f64) -> f64 {
-    let scattering = phase.eval(to_camera.dot(direction));
+/// f_p·G (or f_r·G) of the link, before visibility and Tr; 0 if either end faces away.
+pub fn link_geometry(scene: &Scene, first: &First, to_camera: DVec3, next: &Next, direction: DVec3, distance: f64) -> Colour {
+    let scattering = first.scattering(scene, to_camera, direction);
     match *next {
         Next::Direction(_) => scattering,
         Next::Point { normal, .. } => {
             let cosine = normal.map_or(1.0, |n| -n.dot(direction));
-            scattering * cosine.max(0.0) / (distance * distance)
+            scattering * (cosine.max(0.0) / (distance * distance))
         }
     }
 }
 
 impl Shiftable {
     /// A path without contributions yet; `segments` start at the near plane.
-    pub fn new(x: DVec3, image: ImagePoint, medium: u32, optical_depth: Colour, segments: &[Segment]) -> Self {
-        Self { x, image, medium, optical_depth, media: Media::from(segments), links: [None; MAX_LINKS] }
+    pub fn new(x: DVec3, image: ImagePoint, first: First, optical_depth: Colour, segments: &[Segment]) -> Self {
+        Self { x, image, first, optical_depth, media: Media::from(segments), links: [None; MAX_LINKS] }
     }
 
     /// Drops links that carry nothing; None if that is all of them.
@@ -175,12 +214,10 @@ impl Shiftable {
 
     /// The value of link `i` where the path was sampled.
     pub fn value(&self, scene: &Scene, i: usize) -> LinkValue {
-        let (Some(Some(link)), Some(medium)) = (self.links.get(i), scene.medium(self.medium)) else {
-            return LinkValue::default();
-        };
-        let a = camera_side(scene, self.x, &self.image, self.medium, self.optical_depth);
+        let Some(Some(link)) = self.links.get(i) else { return LinkValue::default() };
+        let a = self.first.camera_side(scene, self.x, &self.image, self.optical_depth);
         let (direction, distance) = towards(self.x, &link.next);
-        let l = link_geometry(medium.phase, -self.image.ray.direction, &link.next, direction, distance);
+        let l = link_geometry(scene, &self.first, -self.image.ray.direction, &link.next, direction, distance);
         LinkValue { colour: a * transmittance(link.optical_depth) * l, wings: link.wing_values(direction) }
     }
 
@@ -206,8 +243,17 @@ impl Link {
 
 /// Prepares a path of any sampler, with weight C = w·f/p in RGB. None: its first vertex may not move, it stays as it is.
 pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Shiftable>, PathError> {
-    let Node::Medium(_) = path.node(scene, 1)? else { return Ok(None) };
-    let (x, medium) = (path.vertex(1)?.position.wide(), path.vertex(1)?.index);
+    let vertex = path.vertex(1)?;
+    let x = vertex.position.wide();
+    let first = match path.node(scene, 1)? {
+        Node::Medium(_) => First::Medium(vertex.index),
+        Node::Surface(bsdf) if !bsdf.is_specular() => {
+            let normal = vertex.normal.wide().normalize_or_zero();
+            let medium = path.edge(scene, 1)?.segments.first().map_or(NONE, |segment| segment.medium);
+            First::Surface { material: vertex.index, normal, medium }
+        }
+        _ => return Ok(None),
+    };
     let next_node = path.node(scene, 2)?;
     if next_node.is_specular() {
         return Ok(None);
@@ -244,7 +290,7 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Sh
     // The path's own segments start at the camera; those from queries at the near plane.
     let media = from_near_plane(camera_edge.segments, image.ray.start);
     let optical_depth = optical_depth(&camera_edge);
-    let mut shiftable = Shiftable { x, image, medium, optical_depth, media, links: [Some(link), None] };
+    let mut shiftable = Shiftable { x, image, first, optical_depth, media, links: [Some(link), None] };
     let value = shiftable.value(scene, 0);
     let f = value.colour * rest * if link.wing_count > 0 { value.wings[0] } else { 1.0 };
     let scale = luminance(weight) / luminance(f);

@@ -1,4 +1,4 @@
-//! Shifts: one sampled path becomes a batch of correlated ones by moving its first medium vertex.
+//! Shifts: one sampled path becomes a batch of correlated ones by moving its first vertex.
 //!
 //! The contract with a sampler: a sample of weight C = w·f/p is repeated at y as (C*/f*(x))·f(y), for the samples of *all* techniques,
 //! whose MIS weights w sum to 1 wherever f > 0, unclamped.
@@ -10,4 +10,4 @@ mod weight;
 
 pub use batch::{BatchStats, shift};
 pub use kernel::{Kernel, MAX_SHIFTS, Mode, Options, Radius};
-pub use link::{Link, Next, Shiftable, from_path, towards};
+pub use link::{First, Link, Next, Shiftable, from_path, towards, volume_to_image};

@@ -24,6 +24,13 @@ fn carried(link: &Link, value: &LinkValue) -> Colour {
     value.colour * groups(link, value).iter().map(|(wing, rest)| *wing * *rest).sum::<Colour>()
 }
 
+impl Shiftable {
+    /// What the path carries where it was sampled.
+    pub(super) fn carried(&self, scene: &Scene) -> Colour {
+        links(self).map(|(i, link)| carried(link, &self.value(scene, i))).sum()
+    }
+}
+
 fn links(path: &Shiftable) -> impl Iterator<Item = (usize, &Link)> {
     path.links.iter().enumerate().filter_map(|(i, link)| Some((i, link.as_ref()?)))
 }
@@ -111,7 +118,7 @@ pub(super) fn log_linear(
     members: &[Member],
     splat: &mut impl FnMut(DVec2, Colour),
 ) -> BatchStats {
-    let (Some((own, others)), Some(medium)) = (members.split_first(), scene.medium(path.medium)) else {
+    let (Some((own, others)), Some(medium)) = (members.split_first(), scene.medium(path.first.medium())) else {
         return BatchStats::default();
     };
     let share = 1.0 / members.len() as f64;
@@ -150,7 +157,7 @@ fn group_gradients(scene: &Scene, path: &Shiftable, link: &Link, value: &LinkVal
     let (direction, length) = super::link::towards(path.x, &link.next);
     let next_line = Line::new(scene.media, path.x, direction, length, link.media.segments());
     let gradient = |next_wing: Option<Wing>, colour: Colour| {
-        let Some(medium) = scene.medium(path.medium).filter(|_| luminance(colour) > 0.0) else { return DVec3::ZERO };
+        let Some(medium) = scene.medium(path.first.medium()).filter(|_| luminance(colour) > 0.0) else { return DVec3::ZERO };
         let m = Move {
             x: path.x,
             medium,

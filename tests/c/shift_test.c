@@ -173,7 +173,7 @@ static void test_batches(void) {
     vertices[2].position = vec(0, 0, -5);
     BAD((void)0, VOLGRAD_ERROR_ZERO_CONTRIBUTION);
 
-    /* One splat at its own pixel: without a mode; for a path that begins on a surface; that sees a light directly. */
+    /* One splat at its own pixel: without a mode; for a path that begins on a surface, in some; that sees a light directly. */
     const volgrad_rgb negative = {-1, 0, 2};
     options.mode = VOLGRAD_SHIFT_NONE, options.count = 0, options.kernel = 99;
     CHECK_STATUS(shift(negative, 1), VOLGRAD_OK);
@@ -181,9 +181,18 @@ static void test_batches(void) {
     CHECK_NEAR(splats[0].x, 32 + 32 * 0.1 / 3, 1e-4);
     CHECK_NEAR(splats[0].y, 32, 1e-4);
     fill();
-    vertices[1].kind = VOLGRAD_VERTEX_SURFACE, vertices[1].normal = vec(0, 1, 0);
+    vertices[1].kind = VOLGRAD_VERTEX_SURFACE, vertices[1].index = DIFFUSE, vertices[1].normal = vec(0, 0.6f, -0.8f);
+    options.mode = VOLGRAD_SHIFT_LOG_LINEAR; /* moves no surfaces */
     CHECK_STATUS(shift(weight, 1), VOLGRAD_OK);
-    CHECK(count == 1 && splats[0].value.g == weight.g);
+    CHECK(count == 1);
+    CHECK_NEAR(splats[0].value.g, weight.g, 1e-5);
+    options.mode = VOLGRAD_SHIFT_EXCHANGEABLE; /* would, but no other image point shows one */
+    CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
+    float total = 0;
+    for (uint32_t i = 0; i < count; i++) total += luminance(splats[i].value);
+    CHECK_NEAR(total, luminance(weight), 1e-4);
+    vertices[1].normal = vec(0, -0.6f, -0.8f); /* turned away from the light */
+    BAD((void)0, VOLGRAD_ERROR_ZERO_CONTRIBUTION);
     fill();
     vertices[3] = vertices[2];
     vertices[2].kind = VOLGRAD_VERTEX_SURFACE, vertices[2].index = MIRROR, vertices[2].normal = vec(0, -1, 0);
