@@ -116,10 +116,10 @@ MUTANTS = [
         "kernels the_ball_is_symmetric",
     ),
     Mutant(
-        "the scattering coefficient stays that of x",
-        "src/shift/batch.rs",
-        "camera_side(scene, member.y, &image, last.medium, optical_depth(&line))",
-        "camera_side(scene, self.path.x, &image, self.path.medium, optical_depth(&line))",
+        "a member's value leaves the scattering coefficient out",
+        "src/shift/link.rs",
+        "medium.sigma_s(x) * transmittance * volume_to_image(&scene.camera, image)",
+        "medium.sigma_t * transmittance * volume_to_image(&scene.camera, image)",
         "unbiased exchangeable_ball_under_a_point_light",
     ),
     Mutant(
