@@ -54,7 +54,8 @@ $(BUILD) $(BUILD)/render $(BUILD)/tests:
 
 # ---- tests ----
 
-test: test-rust test-c test-cli test-scenes
+test: deps
+	$(MAKE) test-rust test-c test-cli test-scenes
 
 test-rust:
 	cargo test --no-fail-fast --features $(FEATURES)
@@ -85,7 +86,8 @@ test-scenes: $(RENDER) $(VENV)/ready
 
 # ---- the long checks, the demo ----
 
-validate: $(RENDER) $(VENV)/ready
+validate: deps
+	$(MAKE) $(RENDER)
 	$(PY) tests/validate/scenes.py --render $(RENDER) --output $(BUILD)/validate
 	VOLGRAD_LONG=1 cargo test --features $(FEATURES) --test unbiased --test energy --test single_scattering --test host_sampler
 	$(PYTHON) tests/mutants.py

@@ -4,7 +4,7 @@
 //! Single precision appears where values cross to the host (`Vec3`, `Rgb`).
 
 pub use glam::{DAffine3, DMat3, DVec2, DVec3};
-pub use libm::{ceil, cos, exp, expm1, fabs, floor, log, sin, sqrt};
+pub use libm::{atan2, cbrt, cos, exp, expm1, floor, log1p, sin, sqrt};
 
 use core::f64::consts::PI;
 
@@ -100,7 +100,7 @@ pub fn direction_around(axis: DVec3, cos_theta: f64, turn: f64) -> DVec3 {
 /// The inverse of [`direction_around`]: `(cos_theta, turn)` of a unit vector.
 pub fn around_direction(axis: DVec3, direction: DVec3) -> (f64, f64) {
     let (s, t) = orthonormal_basis(axis);
-    let angle = libm::atan2(direction.dot(t), direction.dot(s));
+    let angle = atan2(direction.dot(t), direction.dot(s));
     let turn = angle / (2.0 * PI);
     // A tiny negative turn plus 1 rounds to 1.
     let turn = if turn < 0.0 { turn + 1.0 } else { turn };

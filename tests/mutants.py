@@ -97,8 +97,8 @@ MUTANTS = [
     Mutant(
         "a surface's path forgets the probability of passing the media before it",
         "src/sampler/path_tracer.rs",
-        "self.record.first(First::Surface { material: hit.material, normal, medium }, image, probability, &arrival);",
-        "self.record.first(First::Surface { material: hit.material, normal, medium }, image, 1.0, &arrival);",
+        "self.record.first(First::surface(&hit), image, probability, &arrival);",
+        "self.record.first(First::surface(&hit), image, 1.0, &arrival);",
         "unbiased exchangeable_disk_under_area_lights",
     ),
     Mutant(
@@ -111,7 +111,7 @@ MUTANTS = [
     Mutant(
         "a ball that is not uniform by volume",
         "src/shift/kernel.rs",
-        "libm::cbrt(u[2])",
+        "cbrt(u[2])",
         "u[2]",
         "kernels the_ball_is_symmetric",
     ),
@@ -130,10 +130,10 @@ MUTANTS = [
         "host_sampler a_shifted_splat",
     ),
     Mutant(
-        "the light's cosine is left out of a link",
+        "the light's cosine is left out",
         "src/shift/link.rs",
-        "let cosine = normal.map_or(1.0, |n| -n.dot(direction));\n            scattering",
-        "let cosine = normal.map_or(1.0, |n| f64::from(n.dot(direction) < 0.0));\n            scattering",
+        "let cosine = normal.map_or(1.0, |n| -n.dot(direction));",
+        "let cosine = normal.map_or(1.0, |n| f64::from(n.dot(direction) < 0.0));",
         "single_scattering shifted_paths_under_an_area_light",
     ),
     Mutant(

@@ -65,18 +65,23 @@ impl<'a> Description<'a> {
     }
 
     fn layout(&self) -> Result<Layout, Fault> {
-        let mut layout = Layout { bytes: size_of::<volgrad_scene>() };
-        let sections = [
-            (size_of::<Medium>(), self.media.len()),
-            (size_of::<Bsdf>(), self.materials.len()),
-            (size_of::<Light>(), self.lights.len()),
-            (size_of::<f64>(), self.lights.len()),
-            (size_of::<Brick>(), self.brick_count()?),
+        let mut end = size_of::<volgrad_scene>();
+        let mut section = |size: usize, count: usize| {
+            let start = end.checked_next_multiple_of(ALIGNMENT)?;
+            end = start.checked_add(size.checked_mul(count)?)?;
+            Some(start)
+        };
+        let starts = [
+            section(size_of::<Medium>(), self.media.len()),
+            section(size_of::<Bsdf>(), self.materials.len()),
+            section(size_of::<Light>(), self.lights.len()),
+            section(size_of::<f64>(), self.lights.len()),
+            section(size_of::<Brick>(), self.brick_count()?),
         ];
-        for (size, count) in sections {
-            layout.section(size, count).ok_or(VOLGRAD_ERROR_RANGE)?;
-        }
-        Ok(layout)
+        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(bricks)] = starts else {
+            return Err(VOLGRAD_ERROR_RANGE.into());
+        };
+        Ok(Layout { media, materials, lights, cdf, bricks, bytes: end })
     }
 }
 
@@ -84,18 +89,14 @@ fn bricks_of(size: [i32; 3]) -> usize {
     brick_counts(size).iter().map(|n| *n as usize).product()
 }
 
-/// Adds up sections of memory, each aligned.
+/// Where the sections of a scene's memory start, and how long all of it is.
 struct Layout {
+    media: usize,
+    materials: usize,
+    lights: usize,
+    cdf: usize,
+    bricks: usize,
     bytes: usize,
-}
-
-impl Layout {
-    /// Where the next section of `count` values starts.
-    fn section(&mut self, size: usize, count: usize) -> Option<usize> {
-        let start = self.bytes.checked_next_multiple_of(ALIGNMENT)?;
-        self.bytes = start.checked_add(size.checked_mul(count)?)?;
-        Some(start)
-    }
 }
 
 /// Memory that a scene of this description needs. Reads the counts and grid sizes only.
@@ -125,8 +126,9 @@ pub unsafe extern "C" fn volgrad_scene_init(
     let result = (|| unsafe {
         let write = output(scene)?;
         let desc = Description::read(desc)?;
-        check_memory(memory, bytes, desc.layout()?.bytes)?;
-        write(build(memory.cast(), &desc)?);
+        let layout = desc.layout()?;
+        check_memory(memory, bytes, layout.bytes)?;
+        write(build(memory.cast(), &desc, &layout)?);
         Ok(())
     })();
     if let Err(fault) = &result {
@@ -161,19 +163,16 @@ pub(super) unsafe fn report(error: *mut volgrad_error, fault: &Fault) {
 /// A section of the caller's memory, filled value by value.
 ///
 /// # Safety
-/// `memory` holds what `layout` counts, aligned to ALIGNMENT, and is free to write.
+/// `section` is aligned to ALIGNMENT, holds `count` values, and is free to write for as long as the scene is used.
 unsafe fn fill<T>(
-    memory: *mut u8,
-    layout: &mut Layout,
+    section: *mut u8,
     count: usize,
     mut value: impl FnMut(usize) -> Result<T, Fault>,
 ) -> Result<&'static mut [T], Fault> {
     const { assert!(align_of::<T>() <= ALIGNMENT) };
-    let start = layout.section(size_of::<T>(), count).ok_or(VOLGRAD_ERROR_RANGE)?;
-    // SAFETY: the section lies within the memory, which `Description::layout` sized by the same sections.
-    let section = unsafe { memory.add(start) }.cast::<T>();
+    let section = section.cast::<T>();
     for i in 0..count {
-        // SAFETY: as above.
+        // SAFETY: the caller's promise.
         unsafe { section.add(i).write(value(i)?) };
     }
     // SAFETY: all `count` values were written just now.
@@ -181,25 +180,19 @@ unsafe fn fill<T>(
 }
 
 /// # Safety
-/// `memory` was checked for `desc.layout()`; the grids in `desc` are as the header says.
-unsafe fn build(memory: *mut u8, desc: &Description) -> Result<*const volgrad_scene, Fault> {
+/// `memory` is aligned to ALIGNMENT and holds `layout`, which is that of `desc`; the grids in `desc` are as the header says.
+unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<*const volgrad_scene, Fault> {
     let object = memory.cast::<volgrad_scene>();
-    // SAFETY: the memory is aligned to 16 and begins with room for the object. A scene that was here before is one no more.
+    // SAFETY: the caller's promise, here and below. A scene that was here before is one no more.
     unsafe { (&raw mut (*object).stamp).write(0) };
-    let mut layout = Layout { bytes: size_of::<volgrad_scene>() };
     let camera = convert::camera(&desc.camera, desc.media.len() as u32)?;
-    // The bricks come last in memory, but the media point to them.
-    let mut bricks_at = Layout { bytes: layout.bytes };
-    bricks_at.section(size_of::<Medium>(), desc.media.len()).ok_or(VOLGRAD_ERROR_RANGE)?;
-    bricks_at.section(size_of::<Bsdf>(), desc.materials.len()).ok_or(VOLGRAD_ERROR_RANGE)?;
-    bricks_at.section(size_of::<Light>(), desc.lights.len()).ok_or(VOLGRAD_ERROR_RANGE)?;
-    bricks_at.section(size_of::<f64>(), desc.lights.len()).ok_or(VOLGRAD_ERROR_RANGE)?;
-    // SAFETY: the caller's promise, here and below.
-    let mut bricks = unsafe { fill(memory, &mut bricks_at, desc.brick_count()?, |_| Ok(Brick::default()))? };
-    let media = unsafe { fill(memory, &mut layout, desc.media.len(), |i| medium(&desc.media[i], i, &mut bricks))? };
-    let materials = unsafe { fill(memory, &mut layout, desc.materials.len(), |i| convert::material(&desc.materials[i], i))? };
-    let lights = unsafe { fill(memory, &mut layout, desc.lights.len(), |i| convert::light(&desc.lights[i], i))? };
-    let cdf = unsafe { fill(memory, &mut layout, desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))? };
+    let at = |start: usize| unsafe { memory.add(start) };
+    let mut bricks = unsafe { fill(at(layout.bricks), desc.brick_count()?, |_| Ok(Brick::default()))? };
+    let media = unsafe { fill(at(layout.media), desc.media.len(), |i| medium(&desc.media[i], i, &mut bricks))? };
+    let material = |i: usize| convert::material(&desc.materials[i], i);
+    let materials = unsafe { fill(at(layout.materials), desc.materials.len(), material)? };
+    let lights = unsafe { fill(at(layout.lights), desc.lights.len(), |i| convert::light(&desc.lights[i], i))? };
+    let cdf = unsafe { fill(at(layout.cdf), desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))? };
     accumulate(cdf);
     let mut environments = (0u32..).zip(lights.iter()).filter(|(_, l)| matches!(l, Light::Environment { .. }));
     let environment = environments.next().map(|(i, _)| i);

@@ -145,9 +145,7 @@ pub unsafe extern "C" fn volgrad_shift_path(
                 let random = shift_numbers(seed, index, 0);
                 shift(scene, &queries, &options, &shiftable, random, |pixel, value| batch.add(pixel, value))?;
             }
-            _ => {
-                batch.add(first_pixel(scene, &path)?, weight.wide());
-            }
+            _ => batch.add(first_pixel(scene, &path)?, weight.wide()),
         }
         if (capacity as usize) < batch.count {
             return Err(VOLGRAD_ERROR_TOO_SMALL.into());

@@ -1,7 +1,7 @@
 //! Optical depth, its gradients, and distance sampling along an edge that crosses several media.
 
 use super::{Inversion, Medium, Stretch};
-use crate::math::{Colour, DVec3, Vec3, absorptance, mean, transmittance};
+use crate::math::{Colour, DVec3, Vec3, absorptance, log1p, mean, transmittance};
 
 /// "None" wherever an index is expected: no medium (vacuum), no light.
 pub const NONE: u32 = 0xFFFF_FFFF;
@@ -182,7 +182,7 @@ fn density_until(tau: Colour, sigma: Colour, u: f64) -> f64 {
     let survival = 1.0 - u;
     let grey = |c: Colour| c.x == c.y && c.x == c.z;
     if grey(tau) && grey(sigma) {
-        return if sigma.x > 0.0 { ((-libm::log1p(-u) - tau.x) / sigma.x).max(0.0) } else { f64::INFINITY };
+        return if sigma.x > 0.0 { ((-log1p(-u) - tau.x) / sigma.x).max(0.0) } else { f64::INFINITY };
     }
     let never = Colour::select(sigma.cmpgt(Colour::ZERO), Colour::ZERO, transmittance(tau));
     if mean(never) >= survival {

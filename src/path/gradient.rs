@@ -110,6 +110,11 @@ pub fn log_gradient(camera: &Camera, m: &Move) -> Option<LogGradient> {
     })
 }
 
+/// ∇log of the phase function at the neighbour `q` of x, x being one of its wings. [Lu20 (24)]
+pub fn wing_log_gradient(camera: &Camera, x: DVec3, q: Neighbour, wing: &Wing) -> DVec3 {
+    Seen::from(camera, x, q).wing_gradient(wing)
+}
+
 /// A neighbour q seen from x.
 struct Seen {
     /// Unit vector from x to q.

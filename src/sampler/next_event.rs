@@ -4,7 +4,7 @@ use super::interaction::Interaction;
 use super::primary::{Slot, VertexNumbers, number, pair};
 use crate::math::{Colour, DVec3, mean, transmittance};
 use crate::medium::{Line, optical_depth};
-use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, LightSample, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, LightSample, Queries, Ray, Scene, Stop};
 use crate::shift::Next;
 
 /// An estimate of the light that arrives at a vertex from one light.
@@ -74,7 +74,7 @@ pub fn sample(
         }
     };
     let (direction, distance) = crate::shift::towards(vertex.position, &aim.next);
-    let geometry = aim.geometry(direction, distance);
+    let geometry = aim.next.geometry(direction, distance);
     let scattering = vertex.eval(direction);
     if !(geometry > 0.0 && scattering.max_element() > 0.0) {
         return Ok(Outcome::Nothing);
@@ -82,7 +82,7 @@ pub fn sample(
     let Origin { medium, t_min } = origin(direction);
     // Next to the light it is the epsilons that have to give way.
     let t_min = t_min.min(0.25 * distance);
-    let ray = Ray { t_min: t_min as f32, ..Ray::free(vertex.position, direction, aim.t_max(distance), medium) };
+    let ray = Ray { t_min: t_min as f32, ..Ray::free(vertex.position, direction, aim.next.t_max(distance), medium) };
     let mut hits = [Hit::EMPTY];
     queries.occluded(&[ray], &mut hits)?;
     let [hit] = hits;
@@ -117,20 +117,4 @@ struct Aim {
     pdf: f64,
     /// Whether a path that goes on can find the same light.
     rival: bool,
-}
-
-impl Aim {
-    fn geometry(&self, direction: DVec3, distance: f64) -> f64 {
-        match self.next {
-            Next::Direction(_) => 1.0,
-            Next::Point { normal, .. } => normal.map_or(1.0, |n| -n.dot(direction)).max(0.0) / (distance * distance),
-        }
-    }
-
-    fn t_max(&self, distance: f64) -> f64 {
-        match self.next {
-            Next::Point { position, normal: Some(_) } => distance - surface_epsilon(position, distance),
-            _ => distance,
-        }
-    }
 }

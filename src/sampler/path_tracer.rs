@@ -9,7 +9,7 @@ use crate::film::Film;
 use crate::math::{Colour, DVec2, DVec3, absorptance, mean, transmittance};
 use crate::medium::{Flight, Line, NONE, Segment, optical_depth, sample_distance};
 use crate::scene::{
-    Bsdf, CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, KEEP_MEDIUM, Light, Queries, Ray, Scene, Stop, surface_epsilon,
+    Bsdf, CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, surface_epsilon,
 };
 use crate::shift::{self, First, Next, volume_to_image};
 
@@ -31,7 +31,7 @@ pub struct Stats {
     pub occlusion_rays: u64,
     /// Paths that got a batch.
     pub shifted_paths: u64,
-    /// Offsets tried, per edge that they change.
+    /// Offsets tried; one that changes several contributions differently counts once for each.
     pub shifts: u64,
     /// Those whose splat stayed.
     pub stays: u64,
@@ -262,13 +262,11 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let position = self.origin + length * self.direction;
         let next = Next::Point { position, normal: Some(normal) };
         let arrival = self.arrival(next, length, optical_depth, hit.media(), weight);
-        self.medium = hit.media().last().map_or(NONE, |segment| segment.medium);
         if depth > 1 {
             self.record.later(&arrival, None, !bsdf.is_specular());
         } else if !bsdf.is_specular() {
             let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: length };
-            let medium = if hit.medium_outside == KEEP_MEDIUM { self.medium } else { hit.medium_outside };
-            self.record.first(First::Surface { material: hit.material, normal, medium }, image, probability, &arrival);
+            self.record.first(First::surface(&hit), image, probability, &arrival);
         }
         let cosine = -normal.dot(self.direction);
         if depth > 1 && hit.light != NONE && cosine > 0.0 {
@@ -350,13 +348,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     fn origin_of(&self, vertex: &Vertex, direction: DVec3) -> Origin {
         let medium = match vertex.interaction.scatterer {
             Scatterer::Medium(_) => self.medium,
-            Scatterer::Surface { normal, .. } => {
-                let outside = direction.dot(normal) > 0.0;
-                match if outside { vertex.hit.medium_outside } else { vertex.hit.medium_inside } {
-                    KEEP_MEDIUM => self.medium,
-                    medium => medium,
-                }
-            }
+            Scatterer::Surface { normal, .. } => vertex.hit.medium_beyond(direction.dot(normal) > 0.0),
         };
         Origin { medium, t_min: vertex.epsilon }
     }

@@ -10,6 +10,10 @@ use crate::phase::Phase;
 use crate::scene::ImagePoint;
 use crate::shift::{First, Link, Next, Shiftable};
 
+/// Links from x_1: to a light by next-event estimation, and to x_2 (or the environment) by going on.
+const TO_LIGHT: usize = 0;
+const TO_SECOND: usize = 1;
+
 /// How far along the path the recording is.
 #[derive(Clone, Copy, Debug)]
 enum Stage {
@@ -37,7 +41,7 @@ pub struct Record {
     beyond: Colour,
 }
 
-/// A vertex reached.
+/// The end of an edge, reached.
 pub struct Arrival<'a> {
     /// x, or the direction of an environment.
     pub next: Next,
@@ -72,7 +76,7 @@ impl Record {
     pub fn later(&mut self, arrival: &Arrival, phase: Option<Phase>, connectable: bool) {
         match self.stage {
             Stage::Leaving { pdf } => {
-                let geometry = arrival.geometry();
+                let geometry = arrival.next.geometry(arrival.direction, arrival.distance);
                 if !connectable || !(geometry > 0.0) {
                     self.stage = Stage::Plain;
                     return;
@@ -80,7 +84,7 @@ impl Record {
                 self.rest *= arrival.weight / (pdf * geometry);
                 if let Some(shiftable) = &mut self.shiftable {
                     let link = Link::new(arrival.next, arrival.optical_depth, arrival.segments);
-                    shiftable.links[1] = Some(Link { phase: phase.unwrap_or_default(), ..link });
+                    shiftable.links[TO_SECOND] = Some(Link { phase: phase.unwrap_or_default(), ..link });
                 }
                 self.stage = Stage::Second { phase };
             }
@@ -104,12 +108,12 @@ impl Record {
             Stage::First => {
                 if let Some(shiftable) = &mut self.shiftable {
                     let link = Link::new(event.next, event.optical_depth, event.hit.media());
-                    shiftable.links[0] = Some(Link { plain: self.rest * event.emitted, ..link });
+                    shiftable.links[TO_LIGHT] = Some(Link { plain: self.rest * event.emitted, ..link });
                 }
             }
             Stage::Second { phase: Some(_) } => {
                 let rest = self.rest * event.emitted * event.transmittance * event.geometry;
-                if let Some(link) = self.shiftable.as_mut().and_then(|s| s.links[1].as_mut()) {
+                if let Some(link) = self.second_link() {
                     link.add_wing(event.direction, rest);
                 }
             }
@@ -140,8 +144,9 @@ impl Record {
     pub fn finish(mut self) -> Option<Shiftable> {
         match self.stage {
             Stage::Beyond { onwards, wing: true } => {
-                if let Some(link) = self.shiftable.as_mut().and_then(|s| s.links[1].as_mut()) {
-                    link.add_wing(onwards, self.beyond);
+                let beyond = self.beyond;
+                if let Some(link) = self.second_link() {
+                    link.add_wing(onwards, beyond);
                 }
             }
             Stage::Beyond { wing: false, .. } => self.add_plain(self.beyond),
@@ -150,22 +155,13 @@ impl Record {
         self.shiftable.and_then(Shiftable::without_empty_links)
     }
 
-    fn add_plain(&mut self, rest: Colour) {
-        if let Some(link) = self.shiftable.as_mut().and_then(|s| s.links[1].as_mut()) {
-            link.plain += rest;
-        }
+    fn second_link(&mut self) -> Option<&mut Link> {
+        self.shiftable.as_mut()?.links[TO_SECOND].as_mut()
     }
-}
 
-impl Arrival<'_> {
-    /// G of the edge, without the cosine at its start.
-    fn geometry(&self) -> f64 {
-        match self.next {
-            Next::Direction(_) => 1.0,
-            Next::Point { normal, .. } => {
-                let cosine = normal.map_or(1.0, |n| -n.dot(self.direction));
-                cosine / (self.distance * self.distance)
-            }
+    fn add_plain(&mut self, rest: Colour) {
+        if let Some(link) = self.second_link() {
+            link.plain += rest;
         }
     }
 }

@@ -102,6 +102,14 @@ impl Hit {
         if known && surface && ordered && !self.media().is_empty() { Ok(()) } else { Err(Stop::InvalidHit) }
     }
 
+    /// The medium in which a ray that leaves the surface starts, on the side that the normal points to or on the other.
+    pub fn medium_beyond(&self, outside: bool) -> u32 {
+        match if outside { self.medium_outside } else { self.medium_inside } {
+            KEEP_MEDIUM => self.media().last().map_or(NONE, |segment| segment.medium),
+            medium => medium,
+        }
+    }
+
     /// The normal with what single precision lacks in length mended.
     pub fn unit_normal(&self) -> DVec3 {
         self.normal.wide().normalize_or_zero()

@@ -2,14 +2,12 @@
 //!
 //! Differs from [Lu20 alg. 2]: the radius does not shrink within a batch, and the unbiased modes evaluate f(y), visibility included.
 
-use super::link::{First, LinkValue, MAX_LINKS, MAX_WINGS, Next, Shiftable, camera_line, link_geometry, towards};
+use super::link::{First, LinkValue, MAX_LINKS, MAX_WINGS, Shiftable, camera_line, link_geometry, towards};
 use super::weight::{exact, exchangeable, log_linear};
 use super::{MAX_SHIFTS, Mode, Options};
 use crate::math::{Colour, DVec2, DVec3, transmittance, uniform_disk};
 use crate::medium::{Line, optical_depth};
-use crate::scene::{
-    Bsdf, HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, KEEP_MEDIUM, Queries, Ray, Scene, Stop, surface_epsilon,
-};
+use crate::scene::{Bsdf, HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
 
 /// What became of a batch's offsets; those that change several contributions differently count once for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -184,15 +182,14 @@ impl<Q: Queries> Batch<'_, Q> {
             },
             |scene, member, hit| {
                 let bsdf = scene.materials.get(hit.material as usize);
-                let (Some(image), Some(last)) = (&mut member.image, hit.media().last()) else { return };
+                let Some(image) = &mut member.image else { return };
                 if bsdf.is_none_or(Bsdf::is_specular) {
                     return;
                 }
                 image.distance = image.ray.start + f64::from(hit.t);
                 member.y = camera.position + image.distance * image.ray.direction;
                 let line = camera_line(camera, scene.media, image, hit.media());
-                let medium = if hit.medium_outside == KEEP_MEDIUM { last.medium } else { hit.medium_outside };
-                let first = First::Surface { material: hit.material, normal: hit.unit_normal(), medium };
+                let first = First::surface(hit);
                 member.first = Some(first);
                 member.camera_side = first.camera_side(scene, member.y, image, optical_depth(&line));
             },
@@ -213,16 +210,12 @@ impl<Q: Queries> Batch<'_, Q> {
             chunk,
             |member| {
                 let (direction, distance, _) = geometry(scene, member)?;
-                let t_max = match link.next {
-                    Next::Point { position, normal: Some(_) } => distance - surface_epsilon(position, distance),
-                    _ => distance,
-                };
                 let first = member.first?;
                 let t_min = match first {
                     First::Medium(_) => 0.0,
                     First::Surface { .. } => surface_epsilon(member.y, member.image?.distance).min(0.25 * distance),
                 };
-                Some(Ray { t_min: t_min as f32, ..Ray::free(member.y, direction, t_max, first.medium()) })
+                Some(Ray { t_min: t_min as f32, ..Ray::free(member.y, direction, link.next.t_max(distance), first.medium()) })
             },
             |scene, member, hit| {
                 let Some((direction, distance, g)) = geometry(scene, member) else { return };

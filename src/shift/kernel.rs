@@ -1,6 +1,6 @@
 //! Where a vertex is shifted to. Kernels are symmetric in volume measure: the density of x → y is that of y → x.
 
-use crate::math::{DVec2, DVec3, direction_around, uniform_disk};
+use crate::math::{DVec2, DVec3, cbrt, direction_around, uniform_disk};
 use crate::scene::Camera;
 
 /// Most offsets in a batch.
@@ -67,7 +67,7 @@ impl Options {
                 let d = uniform_disk(DVec2::new(u[0], u[1])) * radius;
                 d.x * camera.right + d.y * camera.up
             }
-            Kernel::Ball => direction_around(DVec3::Z, 1.0 - 2.0 * u[0], u[1]) * (radius * libm::cbrt(u[2])),
+            Kernel::Ball => direction_around(DVec3::Z, 1.0 - 2.0 * u[0], u[1]) * (radius * cbrt(u[2])),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::math::{Colour, DVec3, luminance, transmittance};
 use crate::medium::{Line, Medium, NONE, Segment, optical_depth};
 use crate::path::{Neighbour, Node, Path, PathError, PathErrorKind, Wing, factors};
 use crate::phase::Phase;
-use crate::scene::{Camera, ImagePoint, MAX_SEGMENTS, Scene};
+use crate::scene::{Camera, Hit, ImagePoint, MAX_SEGMENTS, Scene, surface_epsilon};
 
 /// The neighbour of x towards the light.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +17,27 @@ pub enum Next {
     Point { position: DVec3, normal: Option<DVec3> },
     /// A unit direction to an environment or directional light, which is kept.
     Direction(DVec3),
+}
+
+impl Next {
+    /// G of the edge that arrives along the unit vector `direction` after `distance`, without the cosine at its start; 0 on the back.
+    pub fn geometry(&self, direction: DVec3, distance: f64) -> f64 {
+        match *self {
+            Self::Direction(_) => 1.0,
+            Self::Point { normal, .. } => {
+                let cosine = normal.map_or(1.0, |n| -n.dot(direction));
+                cosine.max(0.0) / (distance * distance)
+            }
+        }
+    }
+
+    /// How far a ray along that edge may go before it meets the surface at its end.
+    pub fn t_max(&self, distance: f64) -> f64 {
+        match *self {
+            Self::Point { position, normal: Some(_) } => distance - surface_epsilon(position, distance),
+            _ => distance,
+        }
+    }
 }
 
 /// The media along an edge, kept beyond the query that found them.
@@ -119,6 +140,11 @@ pub enum First {
 }
 
 impl First {
+    /// The surface that a ray from the camera hit.
+    pub fn surface(hit: &Hit) -> Self {
+        Self::Surface { material: hit.material, normal: hit.unit_normal(), medium: hit.medium_beyond(true) }
+    }
+
     /// f_p, or f_r·cos.
     fn scattering(&self, scene: &Scene, to_camera: DVec3, to_next: DVec3) -> Colour {
         match *self {
@@ -188,14 +214,7 @@ pub fn towards(x: DVec3, next: &Next) -> (DVec3, f64) {
 
 /// f_p·G (or f_r·G) of the link, before visibility and Tr; 0 if either end faces away.
 pub fn link_geometry(scene: &Scene, first: &First, to_camera: DVec3, next: &Next, direction: DVec3, distance: f64) -> Colour {
-    let scattering = first.scattering(scene, to_camera, direction);
-    match *next {
-        Next::Direction(_) => scattering,
-        Next::Point { normal, .. } => {
-            let cosine = normal.map_or(1.0, |n| -n.dot(direction));
-            scattering * (cosine.max(0.0) / (distance * distance))
-        }
-    }
+    first.scattering(scene, to_camera, direction) * next.geometry(direction, distance)
 }
 
 impl Shiftable {

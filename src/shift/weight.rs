@@ -2,10 +2,10 @@
 
 use super::BatchStats;
 use super::batch::Member;
-use super::link::{Link, LinkValue, MAX_LINKS, MAX_WINGS, Shiftable};
+use super::link::{Link, LinkValue, MAX_LINKS, MAX_WINGS, Shiftable, towards};
 use crate::math::{Colour, DVec2, DVec3, exp, luminance};
 use crate::medium::Line;
-use crate::path::{Move, Wing, log_gradient};
+use crate::path::{LogGradient, Move, Neighbour, log_gradient, wing_log_gradient};
 use crate::scene::Scene;
 
 /// Contributions of a link that change alike: those without a wing, and each wing.
@@ -154,25 +154,30 @@ pub(super) fn log_linear(
 
 /// ∇log f* of each group of a link; 0 for groups that carry nothing.
 fn group_gradients(scene: &Scene, path: &Shiftable, link: &Link, value: &LinkValue) -> [DVec3; GROUPS] {
-    let (direction, length) = super::link::towards(path.x, &link.next);
-    let next_line = Line::new(scene.media, path.x, direction, length, link.media.segments());
-    let gradient = |next_wing: Option<Wing>, colour: Colour| {
-        let Some(medium) = scene.medium(path.first.medium()).filter(|_| luminance(colour) > 0.0) else { return DVec3::ZERO };
-        let m = Move {
+    let Some(medium) = scene.medium(path.first.medium()) else { return [DVec3::ZERO; GROUPS] };
+    let (camera, next) = (&scene.camera, link.neighbour());
+    let (direction, length) = towards(path.x, &link.next);
+    let shared = log_gradient(
+        camera,
+        &Move {
             x: path.x,
             medium,
-            previous: crate::path::Neighbour::Camera,
-            next: link.neighbour(),
+            previous: Neighbour::Camera,
+            next,
             previous_line: path.camera_line(scene),
-            next_line,
+            next_line: Line::new(scene.media, path.x, direction, length, link.media.segments()),
             previous_wing: None,
-            next_wing,
-        };
-        log_gradient(&scene.camera, &m).map_or(DVec3::ZERO, |g| g.of_luminance(colour))
-    };
+            next_wing: None,
+        },
+    );
+    let wing_of = |g: usize| g.checked_sub(1).and_then(|wing| link.wing(wing));
+    let groups = groups(link, value);
     core::array::from_fn(|g| {
-        let wing = g.checked_sub(1);
-        let rest = wing.map_or(link.plain, |wing| link.wings[wing].1);
-        gradient(wing.and_then(|wing| link.wing(wing)), value.colour * rest)
+        let (wing, colour) = (wing_of(g), value.colour * groups[g].1);
+        let gradient = shared.filter(|_| luminance(colour) > 0.0).map(|shared| {
+            let phase_next = wing.map_or(DVec3::ZERO, |wing| wing_log_gradient(camera, path.x, next, &wing));
+            LogGradient { phase_next, ..shared }.of_luminance(colour)
+        });
+        gradient.unwrap_or(DVec3::ZERO)
     })
 }
