@@ -26,10 +26,20 @@
 // Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 #define VOLGRAD_MAX_SEGMENTS 16
 
+// Most vertices that move together.
+#define MAX_RUN 8
+
+// Contributions that change differently: the next-event estimates, and those onwards: without a wing, and with each wing.
+#define GROUPS ((MAX_RUN + 1) + MAX_WINGS)
+
+#define PLAIN MAX_RUN
+
+#define WINGS (MAX_RUN + 1)
+
 // No batch: every path stays as it is.
 #define VOLGRAD_SHIFT_NONE 0
 
-// exp(<gradient of log f, offset>): biased, of order radius^2; no ray queries.
+// exp(<gradient of log f, offset>), staying at x outside [1/4, 4]: biased, of order radius^2; no ray queries.
 #define VOLGRAD_SHIFT_LOG_LINEAR 1
 
 // f(y)/f(x), staying at x where that is 0 or outside [1/4, 4]: unbiased.
@@ -38,11 +48,28 @@
 // All around a common centre, weighted f(y)/sum f: unbiased, weights in [0, 1].
 #define VOLGRAD_SHIFT_EXCHANGEABLE 3
 
+// 1 + <gradient of log f, offset> [Lu20 (30)]: biased, of order radius^2 like no gradient at all; no ray queries. Weights can be negative.
+#define VOLGRAD_SHIFT_FIRST_ORDER 4
+
+// 1 + <gradient of log f, offset>/2: biased, of order radius^4 inside a medium, of order radius at edges; no ray queries.
+#define VOLGRAD_SHIFT_HALF_ORDER 5
+
+// f(y)/f(x) with optical depths linear in the offset, and light as visible as at x; staying at x outside [1/4, 4]: biased, of order
+// radius^2; no ray queries.
+#define VOLGRAD_SHIFT_LINEAR_DEPTH 6
+
+// LINEAR_DEPTH for all offsets, corrected by EXACT for `exact_count` of them: unbiased.
+#define VOLGRAD_SHIFT_TWO_LEVEL 7
+
 // Uniform in a disk parallel to the image plane.
 #define VOLGRAD_KERNEL_DISK 0
 
 // Uniform in a ball; its radius must be in world units.
 #define VOLGRAD_KERNEL_BALL 1
+
+// All pixels of the square tile of pixels that the path is seen in. Tiles cover the image; where they begin changes from pass to pass.
+// Every pixel gets equally many splats. `count` is 3, 8, 15, 24 or 35; there is no radius.
+#define VOLGRAD_KERNEL_TILE 2
 
 // Pixels at the depth of the vertex.
 #define VOLGRAD_RADIUS_PIXELS 0
@@ -50,7 +77,10 @@
 #define VOLGRAD_RADIUS_WORLD 1
 
 // Most offsets in a batch.
-#define VOLGRAD_MAX_SHIFTS 32
+#define VOLGRAD_MAX_SHIFTS 35
+
+// Most vertices that move together.
+#define VOLGRAD_MAX_RUN 8
 
 // Version of the structs and functions below; `volgrad_abi_version()` returns the library's.
 #define VOLGRAD_ABI_VERSION 1
@@ -157,6 +187,9 @@ typedef enum volgrad_status volgrad_status;
 typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+// A shifted copy of the path.
+typedef struct Member Member;
 
 // A film. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_film_size` bytes.
 typedef struct volgrad_film volgrad_film;
@@ -353,6 +386,14 @@ typedef struct volgrad_shift_options {
   float radius;
   // Offsets per path, 1 ... VOLGRAD_MAX_SHIFTS.
   uint32_t count;
+  // Most medium vertices that move together, from the first on: 1 ... VOLGRAD_MAX_RUN.
+  uint32_t run;
+  // TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
+  uint32_t exact_count;
+  // The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
+  float alpha;
+  // FIRST_ORDER, HALF_ORDER: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
+  float clamp;
 } volgrad_shift_options;
 
 // Settings of the path sampler.
@@ -565,6 +606,8 @@ typedef struct volgrad_scene_desc {
 
 
 
+
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -701,16 +744,18 @@ volgrad_status volgrad_scene_init(void *memory,
                                   const struct volgrad_scene **scene,
                                   struct volgrad_error *error);
 
-// Fills options with their defaults: mode NONE, a disk of 4 pixels, 8 offsets. `struct_size`: `sizeof *options` of the caller.
-volgrad_status volgrad_shift_options_default(struct volgrad_shift_options *options, uintptr_t struct_size);
+// Fills options with their defaults: mode NONE, a disk of 4 pixels, 8 offsets, of one vertex. `struct_size`: `sizeof *options` of the caller.
+volgrad_status volgrad_shift_options_default(struct volgrad_shift_options *options,
+                                             uintptr_t struct_size);
 
 // Makes a batch from one path of any sampler: `*count` splats, at most options.count + 1, whose expected sum is that of the path alone.
 //
 // `weight` is C = w f / p in RGB: what the sampler would have splatted for this path. For the result to be unbiased, hand over the
 // samples of all techniques, with MIS weights w that sum to 1 wherever f > 0, none clamped, all with the same options.
-// A first vertex in a medium moves in space. One on a surface moves with its image point, which takes mode EXACT or EXCHANGEABLE and a
-// disk in pixels. Paths whose first vertex may not move (specular, or before a specular one) come back as one splat at their own pixel.
-// `seed` and `index` choose the offsets: another index for every path. `queries` may be NULL for `VOLGRAD_SHIFT_LOG_LINEAR`.
+// Vertices in a medium move in space. A first one on a surface moves with its image point, which takes a kernel on the image (a tile, or
+// a disk in pixels) and a mode that evaluates f (EXACT, EXCHANGEABLE, TWO_LEVEL, LINEAR_DEPTH). Paths whose first vertex may not move (specular, or before a specular one) come back as one splat at their own pixel.
+// `seed` and `index` choose the offsets: another index for every path. `seed` alone says where tiles begin: another one for every pass.
+// `queries` may be NULL for modes without ray queries.
 // Checks kinds and indices of the path, nothing else (see `volgrad_path_validate`).
 volgrad_status volgrad_shift_path(const struct volgrad_scene *scene,
                                   const struct volgrad_queries *queries,

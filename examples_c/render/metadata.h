@@ -4,7 +4,7 @@
 
 #include "image.h"
 
-enum { METADATA_CAPACITY = 20 };
+enum { METADATA_CAPACITY = 24 };
 
 typedef struct {
     volgrad_exr_attribute attributes[METADATA_CAPACITY];

@@ -35,6 +35,13 @@ int read_positive(const char *text, const char *unit, double *out)
     return rest != text && strcmp(rest, unit) == 0 && isfinite(*out) && *out > 0.0;
 }
 
+int read_share(const char *text, float *out)
+{
+    char *rest;
+    *out = strtof(text, &rest);
+    return rest != text && *rest == '\0' && *out >= 0.0f && *out <= 1.0f;
+}
+
 int read_radius(const char *text, volgrad_shift_options *shift)
 {
     double radius;

@@ -19,6 +19,9 @@ enum {
     OPTION_SHIFT_COUNT,
     OPTION_SHIFT_RADIUS,
     OPTION_SHIFT_KERNEL,
+    OPTION_SHIFT_RUN,
+    OPTION_SHIFT_EXACT,
+    OPTION_SHIFT_ALPHA,
     OPTION_CROP,
     OPTION_QUIET,
     OPTION_STATS,
@@ -37,6 +40,9 @@ static const struct option LONG_OPTIONS[] = {
     {"shift-count", required_argument, NULL, OPTION_SHIFT_COUNT},
     {"shift-radius", required_argument, NULL, OPTION_SHIFT_RADIUS},
     {"shift-kernel", required_argument, NULL, OPTION_SHIFT_KERNEL},
+    {"shift-run", required_argument, NULL, OPTION_SHIFT_RUN},
+    {"shift-exact", required_argument, NULL, OPTION_SHIFT_EXACT},
+    {"shift-alpha", required_argument, NULL, OPTION_SHIFT_ALPHA},
     {"crop", required_argument, NULL, OPTION_CROP},
     {"quiet", no_argument, NULL, OPTION_QUIET},
     {"stats", no_argument, NULL, OPTION_STATS},
@@ -58,10 +64,14 @@ static const char HELP[] =
     "      --crop X0,Y0,X1,Y1 render only the pixels X0 <= x < X1, Y0 <= y < Y1\n"
     "\n"
     "  Sharing paths between pixels by gradients:\n"
-    "      --shift MODE       none, log_linear, exact or exchangeable (default none)\n"
+    "      --shift MODE       none (default), exact, two_level, exchangeable; biased: first_order, half_order, log_linear,\n"
+    "                         linear_depth\n"
     "      --shift-count N    offsets tried per path\n"
     "      --shift-radius R   of the kernel: in pixels as in 4px, in world units as in 0.1\n"
-    "      --shift-kernel K   disk or ball\n"
+    "      --shift-kernel K   tile (of count + 1 pixels, a square number; no radius), disk or ball\n"
+    "      --shift-run N      most vertices that move together\n"
+    "      --shift-exact N    two_level: offsets that are evaluated exactly\n"
+    "      --shift-alpha A    the radius shrinks as samples^((A - 1)/3)\n"
     "\n"
     "      --quiet            no progress\n"
     "      --stats            print what was computed, to standard output\n"
@@ -84,8 +94,14 @@ static const char *const SHIFT_NAMES[] = {
     [VOLGRAD_SHIFT_LOG_LINEAR] = "log_linear",
     [VOLGRAD_SHIFT_EXACT] = "exact",
     [VOLGRAD_SHIFT_EXCHANGEABLE] = "exchangeable",
+    [VOLGRAD_SHIFT_FIRST_ORDER] = "first_order",
+    [VOLGRAD_SHIFT_HALF_ORDER] = "half_order",
+    [VOLGRAD_SHIFT_LINEAR_DEPTH] = "linear_depth",
+    [VOLGRAD_SHIFT_TWO_LEVEL] = "two_level",
 };
-static const char *const KERNEL_NAMES[] = {[VOLGRAD_KERNEL_DISK] = "disk", [VOLGRAD_KERNEL_BALL] = "ball"};
+static const char *const KERNEL_NAMES[] = {
+    [VOLGRAD_KERNEL_DISK] = "disk", [VOLGRAD_KERNEL_BALL] = "ball", [VOLGRAD_KERNEL_TILE] = "tile"};
+static const char MODES[] = "none, first_order, half_order, log_linear, linear_depth, exact, two_level or exchangeable";
 enum {
     SHIFT_NAMES_COUNT = sizeof SHIFT_NAMES / sizeof SHIFT_NAMES[0],
     KERNEL_NAMES_COUNT = sizeof KERNEL_NAMES / sizeof KERNEL_NAMES[0]
@@ -127,7 +143,7 @@ static int take_shift_option(int option, const char *value, options *out, usage 
     switch (option) {
     case OPTION_SHIFT:
         return read_name(value, SHIFT_NAMES, SHIFT_NAMES_COUNT, &out->shift.mode) ||
-               complain("shift", value, "none, log_linear, exact or exchangeable");
+               complain("shift", value, MODES);
     case OPTION_SHIFT_COUNT:
         seen->needs_shift = "--shift-count";
         return read_whole32(value, 1, UINT16_MAX, &out->shift.count) ||
@@ -136,10 +152,21 @@ static int take_shift_option(int option, const char *value, options *out, usage 
         seen->needs_shift = "--shift-radius";
         return read_radius(value, &out->shift) ||
                complain("shift-radius", value, "a number > 0 of pixels, as in 4px, or of world units, as in 0.1");
+    case OPTION_SHIFT_RUN:
+        seen->needs_shift = "--shift-run";
+        return read_whole32(value, 1, UINT16_MAX, &out->shift.run) ||
+               complain("shift-run", value, "a whole number from 1 to 65535");
+    case OPTION_SHIFT_EXACT:
+        seen->needs_shift = "--shift-exact";
+        return read_whole32(value, 1, UINT16_MAX, &out->shift.exact_count) ||
+               complain("shift-exact", value, "a whole number from 1 to 65535");
+    case OPTION_SHIFT_ALPHA:
+        seen->needs_shift = "--shift-alpha";
+        return read_share(value, &out->shift.alpha) || complain("shift-alpha", value, "a number from 0 to 1");
     default:
         seen->needs_shift = "--shift-kernel";
         return read_name(value, KERNEL_NAMES, KERNEL_NAMES_COUNT, &out->shift.kernel) ||
-               complain("shift-kernel", value, "disk or ball");
+               complain("shift-kernel", value, "tile, disk or ball");
     }
 }
 
@@ -223,7 +250,7 @@ static options_result check_line(const options *out, const usage *seen, int scen
         return refuse(out->output, ": the output's name must end in .exr");
     }
     if (seen->needs_shift != NULL && out->shift.mode == VOLGRAD_SHIFT_NONE) {
-        return refuse(seen->needs_shift, " means nothing without --shift log_linear, exact or exchangeable");
+        return refuse(seen->needs_shift, " means nothing without a --shift MODE");
     }
     return OPTIONS_RUN;
 }

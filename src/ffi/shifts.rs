@@ -9,32 +9,47 @@ use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{volgrad_path, volgrad_queries};
 use crate::math::{Colour, DVec2, Rgb, floor};
 use crate::path::Path;
-use crate::sampler::shift_numbers;
+use crate::sampler::{shift_numbers, tile_numbers};
 use crate::scene::Scene;
-use crate::shift::{Kernel, MAX_SHIFTS, Mode, Options, Radius, from_path, shift};
+use crate::shift::{Draw, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius, from_path, shift};
+use core::ffi::CStr;
 
 /// No batch: every path stays as it is.
 pub const VOLGRAD_SHIFT_NONE: u32 = 0;
-/// exp(<gradient of log f, offset>): biased, of order radius^2; no ray queries.
+/// exp(<gradient of log f, offset>), staying at x outside [1/4, 4]: biased, of order radius^2; no ray queries.
 pub const VOLGRAD_SHIFT_LOG_LINEAR: u32 = 1;
 /// f(y)/f(x), staying at x where that is 0 or outside [1/4, 4]: unbiased.
 pub const VOLGRAD_SHIFT_EXACT: u32 = 2;
 /// All around a common centre, weighted f(y)/sum f: unbiased, weights in [0, 1].
 pub const VOLGRAD_SHIFT_EXCHANGEABLE: u32 = 3;
+/// 1 + <gradient of log f, offset> [Lu20 (30)]: biased, of order radius^2 like no gradient at all; no ray queries. Weights can be negative.
+pub const VOLGRAD_SHIFT_FIRST_ORDER: u32 = 4;
+/// 1 + <gradient of log f, offset>/2: biased, of order radius^4 inside a medium, of order radius at edges; no ray queries.
+pub const VOLGRAD_SHIFT_HALF_ORDER: u32 = 5;
+/// f(y)/f(x) with optical depths linear in the offset, and light as visible as at x; staying at x outside [1/4, 4]: biased, of order
+/// radius^2; no ray queries.
+pub const VOLGRAD_SHIFT_LINEAR_DEPTH: u32 = 6;
+/// LINEAR_DEPTH for all offsets, corrected by EXACT for `exact_count` of them: unbiased.
+pub const VOLGRAD_SHIFT_TWO_LEVEL: u32 = 7;
 
 /// Uniform in a disk parallel to the image plane.
 pub const VOLGRAD_KERNEL_DISK: u32 = 0;
 /// Uniform in a ball; its radius must be in world units.
 pub const VOLGRAD_KERNEL_BALL: u32 = 1;
+/// All pixels of the square tile of pixels that the path is seen in. Tiles cover the image; where they begin changes from pass to pass.
+/// Every pixel gets equally many splats. `count` is 3, 8, 15, 24 or 35; there is no radius.
+pub const VOLGRAD_KERNEL_TILE: u32 = 2;
 
 /// Pixels at the depth of the vertex.
 pub const VOLGRAD_RADIUS_PIXELS: u32 = 0;
 pub const VOLGRAD_RADIUS_WORLD: u32 = 1;
 
 /// Most offsets in a batch.
-pub const VOLGRAD_MAX_SHIFTS: u32 = 32;
+pub const VOLGRAD_MAX_SHIFTS: u32 = 35;
+/// Most vertices that move together.
+pub const VOLGRAD_MAX_RUN: u32 = 8;
 
-const _: () = assert!(MAX_SHIFTS == VOLGRAD_MAX_SHIFTS as usize);
+const _: () = assert!(MAX_SHIFTS == VOLGRAD_MAX_SHIFTS as usize && MAX_RUN == VOLGRAD_MAX_RUN as usize);
 
 /// How a batch of shifted paths is made.
 #[repr(C)]
@@ -52,6 +67,14 @@ pub struct volgrad_shift_options {
     pub radius: f32,
     /// Offsets per path, 1 ... VOLGRAD_MAX_SHIFTS.
     pub count: u32,
+    /// Most medium vertices that move together, from the first on: 1 ... VOLGRAD_MAX_RUN.
+    pub run: u32,
+    /// TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
+    pub exact_count: u32,
+    /// The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
+    pub alpha: f32,
+    /// FIRST_ORDER, HALF_ORDER: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
+    pub clamp: f32,
 }
 
 pub(super) const DEFAULTS: volgrad_shift_options = volgrad_shift_options {
@@ -61,6 +84,10 @@ pub(super) const DEFAULTS: volgrad_shift_options = volgrad_shift_options {
     radius_unit: VOLGRAD_RADIUS_PIXELS,
     radius: 4.0,
     count: 8,
+    run: 1,
+    exact_count: 1,
+    alpha: 1.0,
+    clamp: 0.0,
 };
 
 /// None for `VOLGRAD_SHIFT_NONE`.
@@ -70,29 +97,58 @@ pub(super) fn options(o: &volgrad_shift_options) -> Result<Option<Options>, Faul
         VOLGRAD_SHIFT_LOG_LINEAR => Mode::LogLinear,
         VOLGRAD_SHIFT_EXACT => Mode::Exact,
         VOLGRAD_SHIFT_EXCHANGEABLE => Mode::Exchangeable,
+        VOLGRAD_SHIFT_FIRST_ORDER => Mode::FirstOrder,
+        VOLGRAD_SHIFT_HALF_ORDER => Mode::HalfOrder,
+        VOLGRAD_SHIFT_LINEAR_DEPTH => Mode::LinearDepth,
+        VOLGRAD_SHIFT_TWO_LEVEL => Mode::TwoLevel,
         _ => return Err(VOLGRAD_ERROR_KIND.at(c"shift.mode", 0)),
     };
-    let radius = f64::from(o.radius);
-    if !radius.is_finite() {
-        return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"shift.radius", 0));
-    }
-    if radius <= 0.0 {
-        return Err(VOLGRAD_ERROR_RANGE.at(c"shift.radius", 0));
-    }
-    let (kernel, radius) = match (o.kernel, o.radius_unit) {
-        (VOLGRAD_KERNEL_DISK, VOLGRAD_RADIUS_PIXELS) => (Kernel::Disk, Radius::Pixels(radius)),
-        (VOLGRAD_KERNEL_DISK, VOLGRAD_RADIUS_WORLD) => (Kernel::Disk, Radius::World(radius)),
-        (VOLGRAD_KERNEL_BALL, VOLGRAD_RADIUS_WORLD) => (Kernel::Ball, Radius::World(radius)),
-        (VOLGRAD_KERNEL_BALL, VOLGRAD_RADIUS_PIXELS) => return Err(VOLGRAD_ERROR_KIND.at(c"shift.radius_unit", 0)),
-        _ => return Err(VOLGRAD_ERROR_KIND.at(c"shift.kernel, shift.radius_unit", 0)),
+    let alpha = number(o.alpha, |alpha| (0.0..=1.0).contains(&alpha), c"shift.alpha")?;
+    let clamp = number(o.clamp, |clamp| clamp >= 0.0, c"shift.clamp")?;
+    let count = whole(o.count, VOLGRAD_MAX_SHIFTS, c"shift.count")?;
+    let options = Options {
+        mode,
+        kernel: kernel(o)?,
+        count,
+        run: whole(o.run, VOLGRAD_MAX_RUN, c"shift.run")?,
+        exact_count: whole(o.exact_count, o.count, c"shift.exact_count")?,
+        alpha,
+        clamp: if clamp > 0.0 { clamp } else { f64::INFINITY },
     };
-    if o.count == 0 || o.count > VOLGRAD_MAX_SHIFTS {
+    let side = options.tile_side() as usize;
+    if options.kernel == Kernel::Tile && side * side != count + 1 {
         return Err(VOLGRAD_ERROR_RANGE.at(c"shift.count", 0));
     }
-    Ok(Some(Options { mode, kernel, radius, count: o.count as usize }))
+    Ok(Some(options))
 }
 
-/// Fills options with their defaults: mode NONE, a disk of 4 pixels, 8 offsets. `struct_size`: `sizeof *options` of the caller.
+fn kernel(o: &volgrad_shift_options) -> Result<Kernel, Fault> {
+    if o.kernel == VOLGRAD_KERNEL_TILE {
+        return Ok(Kernel::Tile);
+    }
+    let radius = number(o.radius, |radius| radius > 0.0, c"shift.radius")?;
+    match (o.kernel, o.radius_unit) {
+        (VOLGRAD_KERNEL_DISK, VOLGRAD_RADIUS_PIXELS) => Ok(Kernel::Disk(Radius::Pixels(radius))),
+        (VOLGRAD_KERNEL_DISK, VOLGRAD_RADIUS_WORLD) => Ok(Kernel::Disk(Radius::World(radius))),
+        (VOLGRAD_KERNEL_BALL, VOLGRAD_RADIUS_WORLD) => Ok(Kernel::Ball(radius)),
+        (VOLGRAD_KERNEL_BALL, VOLGRAD_RADIUS_PIXELS) => Err(VOLGRAD_ERROR_KIND.at(c"shift.radius_unit", 0)),
+        _ => Err(VOLGRAD_ERROR_KIND.at(c"shift.kernel, shift.radius_unit", 0)),
+    }
+}
+
+fn number(value: f32, ok: impl Fn(f64) -> bool, field: &'static CStr) -> Result<f64, Fault> {
+    let value = f64::from(value);
+    if !value.is_finite() {
+        return Err(VOLGRAD_ERROR_NOT_FINITE.at(field, 0));
+    }
+    if ok(value) { Ok(value) } else { Err(VOLGRAD_ERROR_RANGE.at(field, 0)) }
+}
+
+fn whole(value: u32, most: u32, field: &'static CStr) -> Result<usize, Fault> {
+    if (1..=most).contains(&value) { Ok(value as usize) } else { Err(VOLGRAD_ERROR_RANGE.at(field, 0)) }
+}
+
+/// Fills options with their defaults: mode NONE, a disk of 4 pixels, 8 offsets, of one vertex. `struct_size`: `sizeof *options` of the caller.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_shift_options_default(
     options: *mut volgrad_shift_options,
@@ -106,9 +162,10 @@ pub unsafe extern "C" fn volgrad_shift_options_default(
 ///
 /// `weight` is C = w f / p in RGB: what the sampler would have splatted for this path. For the result to be unbiased, hand over the
 /// samples of all techniques, with MIS weights w that sum to 1 wherever f > 0, none clamped, all with the same options.
-/// A first vertex in a medium moves in space. One on a surface moves with its image point, which takes mode EXACT or EXCHANGEABLE and a
-/// disk in pixels. Paths whose first vertex may not move (specular, or before a specular one) come back as one splat at their own pixel.
-/// `seed` and `index` choose the offsets: another index for every path. `queries` may be NULL for `VOLGRAD_SHIFT_LOG_LINEAR`.
+/// Vertices in a medium move in space. A first one on a surface moves with its image point, which takes a kernel on the image (a tile, or
+/// a disk in pixels) and a mode that evaluates f (EXACT, EXCHANGEABLE, TWO_LEVEL, LINEAR_DEPTH). Paths whose first vertex may not move (specular, or before a specular one) come back as one splat at their own pixel.
+/// `seed` and `index` choose the offsets: another index for every path. `seed` alone says where tiles begin: another one for every pass.
+/// `queries` may be NULL for modes without ray queries.
 /// Checks kinds and indices of the path, nothing else (see `volgrad_path_validate`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_shift_path(
@@ -133,17 +190,15 @@ pub unsafe extern "C" fn volgrad_shift_path(
         }
         let mut batch = Splats { all: [volgrad_splat::default(); MAX_SHIFTS + 1], count: 0 };
         let shiftable = match &options {
-            Some(_) if weight.wide().max_element() > 0.0 => from_path(scene, &path, weight.wide())?,
+            Some(options) if weight.wide().max_element() > 0.0 => from_path(scene, &path, weight.wide(), options)?,
             _ => None,
         };
         match (options, shiftable) {
             (Some(options), Some(shiftable)) => {
-                let queries = match options.mode {
-                    Mode::LogLinear => HostQueries::UNUSED,
-                    _ => unsafe { HostQueries::read(queries) }?,
-                };
-                let random = shift_numbers(seed, index, 0);
-                shift(scene, &queries, &options, &shiftable, random, |pixel, value| batch.add(pixel, value))?;
+                let asks = options.mode.has_queries();
+                let queries = if asks { unsafe { HostQueries::read(queries) }? } else { HostQueries::UNUSED };
+                let draw = Draw { tiles: tile_numbers(seed, 0), random: shift_numbers(seed, index, 0) };
+                shift(scene, &queries, &options, &shiftable, draw, |pixel, value| batch.add(pixel, value))?;
             }
             _ => batch.add(first_pixel(scene, &path)?, weight.wide()),
         }

@@ -100,8 +100,7 @@ pub fn log_gradient(camera: &Camera, m: &Move) -> Option<LogGradient> {
         geometry_previous: previous.geometry_gradient(),
         geometry_next: next.geometry_gradient(),
         importance: match m.previous {
-            // cos⁻⁴ of We; its own cosine in G is counted there. [Lu20 (38)] has −1/cosθ instead.
-            Neighbour::Camera => -4.0 * previous.cosine_gradient(camera.forward),
+            Neighbour::Camera => previous.importance_gradient(camera),
             _ => DVec3::ZERO,
         },
         phase_previous: m.previous_wing.map_or(DVec3::ZERO, |wing| previous.wing_gradient(&wing)),
@@ -110,13 +109,8 @@ pub fn log_gradient(camera: &Camera, m: &Move) -> Option<LogGradient> {
     })
 }
 
-/// ∇log of the phase function at the neighbour `q` of x, x being one of its wings. [Lu20 (24)]
-pub fn wing_log_gradient(camera: &Camera, x: DVec3, q: Neighbour, wing: &Wing) -> DVec3 {
-    Seen::from(camera, x, q).wing_gradient(wing)
-}
-
 /// A neighbour q seen from x.
-struct Seen {
+pub(crate) struct Seen {
     /// Unit vector from x to q.
     towards: DVec3,
     /// Infinite for a direction.
@@ -125,7 +119,7 @@ struct Seen {
 }
 
 impl Seen {
-    fn from(camera: &Camera, x: DVec3, neighbour: Neighbour) -> Self {
+    pub fn from(camera: &Camera, x: DVec3, neighbour: Neighbour) -> Self {
         let (position, normal) = match neighbour {
             Neighbour::Camera => (camera.position, Some(camera.forward)),
             Neighbour::Point { position, normal } => (position, normal),
@@ -136,7 +130,7 @@ impl Seen {
     }
 
     /// ∇log of |cos|/d²: n/(n·v) − v/d² and −2v/d², v = x − q.
-    fn geometry_gradient(&self) -> DVec3 {
+    pub fn geometry_gradient(&self) -> DVec3 {
         if self.distance.is_infinite() {
             return DVec3::ZERO;
         }
@@ -150,8 +144,13 @@ impl Seen {
         (n / n.dot(v) - v) / self.distance
     }
 
+    /// ∇log We seen from the camera: cos⁻⁴, as its own cosine in G is counted there. [Lu20 (38)] has −1/cosθ instead.
+    pub fn importance_gradient(&self, camera: &Camera) -> DVec3 {
+        -4.0 * self.cosine_gradient(camera.forward)
+    }
+
     /// ∇log f_p at apex q, x being its wing. [Lu20 (24)]
-    fn wing_gradient(&self, wing: &Wing) -> DVec3 {
+    pub fn wing_gradient(&self, wing: &Wing) -> DVec3 {
         let to_x = -self.towards;
         let c = to_x.dot(wing.to_other);
         wing.phase.log_derivative(c) * cosine_gradient_wing(to_x, wing.to_other, c, self.distance)

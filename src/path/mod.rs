@@ -5,5 +5,6 @@ mod gradient;
 mod vertex;
 
 pub use contribution::{Factors, contribution, factors};
-pub use gradient::{Gradient, LogGradient, Move, Neighbour, Wing, log_gradient, path_log_gradient, wing_log_gradient};
+pub(crate) use gradient::Seen;
+pub use gradient::{Gradient, LogGradient, Move, Neighbour, Wing, log_gradient, path_log_gradient};
 pub use vertex::{Node, Path, PathError, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};

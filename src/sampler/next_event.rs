@@ -9,9 +9,11 @@ use crate::shift::Next;
 
 /// An estimate of the light that arrives at a vertex from one light.
 pub struct NextEvent {
+    position: DVec3,
     pub next: Next,
-    /// Unit vector to the light.
+    /// Unit vector to the light, and its distance.
     pub direction: DVec3,
+    pub distance: f64,
     pub optical_depth: Colour,
     pub transmittance: Colour,
     /// cos/d² at the light; 1 for a direction.
@@ -27,6 +29,11 @@ impl NextEvent {
     /// The estimate, to be multiplied by the throughput.
     pub fn received(&self) -> Colour {
         self.emitted * self.scattering * self.transmittance * self.geometry
+    }
+
+    /// The edge to the light.
+    pub fn line<'s>(&'s self, scene: &'s Scene<'s>) -> Line<'s> {
+        Line::new(scene.media, self.position, self.direction, self.distance, self.hit.media())
     }
 }
 
@@ -73,7 +80,7 @@ pub fn sample(
             Aim { next: Next::Direction(sample.direction), pdf: pick * pdf, rival: true }
         }
     };
-    let (direction, distance) = crate::shift::towards(vertex.position, &aim.next);
+    let (direction, distance) = aim.next.seen_from(vertex.position);
     let geometry = aim.next.geometry(direction, distance);
     let scattering = vertex.eval(direction);
     if !(geometry > 0.0 && scattering.max_element() > 0.0) {
@@ -99,8 +106,10 @@ pub fn sample(
     let going_on = if aim.rival { survival * vertex.pdf(direction) * mean(transmittance) * geometry } else { 0.0 };
     let emitted = light.emission() / (aim.pdf + going_on);
     Ok(Outcome::Light(NextEvent {
+        position: vertex.position,
         next: aim.next,
         direction,
+        distance,
         optical_depth,
         transmittance,
         geometry,

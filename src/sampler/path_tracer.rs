@@ -3,7 +3,7 @@
 
 use super::interaction::{Interaction, Scatterer};
 use super::next_event::{self, Origin, Outcome};
-use super::primary::{PrimarySample, RandomNumbers, Slot, VertexNumbers, number, pair, shift_numbers};
+use super::primary::{PrimarySample, RandomNumbers, Slot, VertexNumbers, number, pair, shift_numbers, tile_numbers};
 use super::record::{Arrival, Record};
 use crate::film::Film;
 use crate::math::{Colour, DVec2, DVec3, absorptance, mean, transmittance};
@@ -11,7 +11,7 @@ use crate::medium::{Flight, Line, NONE, Segment, optical_depth, sample_distance}
 use crate::scene::{
     Bsdf, CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, surface_epsilon,
 };
-use crate::shift::{self, First, Next, volume_to_image};
+use crate::shift::{self, Draw, Next, Place, volume_to_image};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -55,15 +55,17 @@ const LONGEST_SURE_PATH: u32 = 1 << 16;
 impl<Q: Queries> PathTracer<'_, Q> {
     /// One path through pixel number `pixel` of the camera's crop (row by row), with all its splats.
     pub fn sample_pixel(&self, pass: u64, pixel: u32, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
-        let [x0, y0, x1, _] = self.scene.camera.crop;
+        let [x0, y0, x1, y1] = self.scene.camera.crop;
         let width = (x1 - x0).max(1);
         let corner = DVec2::new(f64::from(x0 + pixel % width), f64::from(y0 + pixel / width));
         let mut numbers = RandomNumbers::for_path(self.options.seed, pass, pixel);
         let (position, record) = self.trace(corner, &mut numbers, stats)?;
         let plain = record.plain;
         if let (Some(options), Some(shiftable)) = (&self.options.shift, record.finish()) {
-            let random = shift_numbers(self.options.seed, pass, pixel);
-            let batch = shift::shift(self.scene, self.queries, options, &shiftable, random, |p, c| film.add(p, c))?;
+            let options = options.after(pass as f64 * f64::from(width) * f64::from(y1 - y0));
+            let (seed, random) = (self.options.seed, shift_numbers(self.options.seed, pass, pixel));
+            let draw = Draw { tiles: tile_numbers(seed, pass), random };
+            let batch = shift::shift(self.scene, self.queries, &options, &shiftable, draw, |p, c| film.add(p, c))?;
             stats.shifted_paths += 1;
             stats.shifts += batch.shifts;
             stats.stays += batch.stays;
@@ -141,7 +143,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             queries: tracer.queries,
             options: &tracer.options,
             stats,
-            record: Record::new(tracer.options.shift.is_some()),
+            record: Record::new(tracer.options.shift.as_ref()),
             pixel,
             camera_ray: ray,
             origin: camera.position,
@@ -225,20 +227,26 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     fn collide(&mut self, depth: u32, hit: Hit, t: f64, index: u32, optical_depth: Colour, pdf: f64) -> Option<Vertex<'a>> {
         let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
         let position = self.origin + t * self.direction;
-        let weight = medium.sigma_s(position) / pdf;
-        let transmittance = transmittance(optical_depth);
-        self.throughput *= weight * transmittance;
+        let sigma_s = medium.sigma_s(position);
+        self.throughput *= sigma_s * transmittance(optical_depth) / pdf;
         if !(self.throughput.max_element() > 0.0) {
             return None;
         }
-        let next = Next::Point { position, normal: None };
-        let arrival = self.arrival(next, t, optical_depth, hit.media(), weight);
+        let arrival = Arrival {
+            line: self.line(t, hit.media()),
+            optical_depth,
+            density: pdf,
+            next: Next::Point { position, normal: None },
+            place: Some(Place::Medium(index)),
+            sigma_s,
+            phase: Some(medium.phase),
+        };
         if depth == 1 {
             let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: t };
             let density = volume_to_image(&self.scene.camera, &image) * pdf;
-            self.record.first(First::Medium(index), image, density, &arrival);
+            self.record.first(image, density, &arrival);
         } else {
-            self.record.later(&arrival, Some(medium.phase), true);
+            self.record.later(&arrival);
         }
         self.medium = index;
         let scatterer = Scatterer::Medium(medium.phase);
@@ -248,26 +256,30 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     /// The end of the ray: a surface, or the environment.
     fn arrive(&mut self, depth: u32, hit: Hit, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
         self.throughput *= transmittance(optical_depth) / probability;
-        let weight = Colour::splat(1.0 / probability);
-        if hit.kind != HIT_SURFACE {
-            let arrival = self.arrival(Next::Direction(self.direction), length, optical_depth, hit.media(), weight);
-            self.record.later(&arrival, None, true);
+        let bsdf = if hit.kind == HIT_SURFACE { Some(self.scene.materials.get(hit.material as usize)?) } else { None };
+        let normal = hit.unit_normal();
+        let position = self.origin + length * self.direction;
+        let arrival = Arrival {
+            line: self.line(length, hit.media()),
+            optical_depth,
+            density: probability,
+            next: bsdf.map_or(Next::Direction(self.direction), |_| Next::Point { position, normal: Some(normal) }),
+            place: bsdf.filter(|bsdf| !bsdf.is_specular()).map(|_| Place::surface(&hit)),
+            sigma_s: Colour::ONE,
+            phase: None,
+        };
+        if depth > 1 {
+            self.record.later(&arrival);
+        } else {
+            let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: length };
+            self.record.first(image, probability, &arrival);
+        }
+        let Some(bsdf) = bsdf else {
             if depth > 1 {
                 self.meet(self.scene.lights.environment?, 1.0, probability);
             }
             return None;
-        }
-        let bsdf = self.scene.materials.get(hit.material as usize)?;
-        let normal = hit.unit_normal();
-        let position = self.origin + length * self.direction;
-        let next = Next::Point { position, normal: Some(normal) };
-        let arrival = self.arrival(next, length, optical_depth, hit.media(), weight);
-        if depth > 1 {
-            self.record.later(&arrival, None, !bsdf.is_specular());
-        } else if !bsdf.is_specular() {
-            let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: length };
-            self.record.first(First::surface(&hit), image, probability, &arrival);
-        }
+        };
         let cosine = -normal.dot(self.direction);
         if depth > 1 && hit.light != NONE && cosine > 0.0 {
             self.meet(hit.light, cosine / (length * length), probability);
@@ -275,18 +287,6 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let scatterer = Scatterer::Surface { bsdf, normal };
         let interaction = Interaction { position, to_camera: -self.direction, scatterer };
         Some(Vertex { interaction, hit, epsilon: surface_epsilon(position, length) })
-    }
-
-    fn arrival<'s>(
-        &self,
-        next: Next,
-        distance: f64,
-        optical_depth: Colour,
-        segments: &'s [Segment],
-        weight: Colour,
-    ) -> Arrival<'s> {
-        let transmittance = transmittance(optical_depth);
-        Arrival { next, direction: self.direction, distance, optical_depth, segments, weight, transmittance }
     }
 
     /// Records the emission of a light that the ray has reached; `geometry` takes solid angle to the light's own measure.
@@ -317,7 +317,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             }
             Outcome::Light(event) => {
                 self.stats.occlusion_rays += 1;
-                self.record.next_event(self.throughput, &event);
+                self.record.next_event(self.scene, self.throughput, &event);
             }
         }
         if number(numbers, Slot::Survival) >= survival {

@@ -54,6 +54,7 @@ pub struct RandomNumbers {
 const PATH: u64 = 0;
 const SHIFT: u64 = 1;
 const PLACE: u64 = 2;
+const TILES: u64 = 3;
 
 /// 2³²/φ and 2³²/φ², where φ³ = φ + 1: multiples of these, modulo 2³², fill the unit square evenly.
 /// Source: M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018 (R₂).
@@ -63,7 +64,7 @@ impl RandomNumbers {
     /// The path through `pixel` in `pass`.
     pub fn for_path(seed: u64, pass: u64, pixel: u32) -> Self {
         // A random place per pixel, moved on by each pass: each alone is uniform.
-        let mut start = stream(seed, 0, pixel, PLACE);
+        let mut start = stream(seed, 0, 0, PLACE);
         let place = SPREAD.map(|step| start.next_u32().wrapping_add(step.wrapping_mul(pass as u32)));
         Self { rng: stream(seed, pass, pixel, PATH), place }
     }
@@ -83,6 +84,12 @@ impl PrimarySample for RandomNumbers {
 pub fn shift_numbers(seed: u64, pass: u64, pixel: u32) -> impl FnMut() -> f64 {
     let mut rng = stream(seed, pass, pixel, SHIFT);
     move || uniform(rng.next_u32())
+}
+
+/// Where the tiles of a pass begin, for all its paths.
+pub fn tile_numbers(seed: u64, pass: u64) -> [u32; 2] {
+    let mut rng = stream(seed, pass, 0, TILES);
+    [rng.next_u32(), rng.next_u32()]
 }
 
 /// A generator whose state mixes seed, pass, pixel and purpose, on an increment of its own per pixel and purpose.

@@ -1,31 +1,27 @@
-//! What a path carries to the film: contributions that stay at its pixel, and those that its first vertex can take along.
+//! What a path carries to the film: contributions that stay at its pixel, and those that its run can take along.
 //!
-//! Beside the usual throughput it keeps `rest`, the throughput without the factors that change when x_1 moves (shift/link.rs):
-//! 1/(We G pdf) at x_1, and so on; so a contribution's `rest` needs no division of colours.
+//! Beside the usual throughput it keeps `rest`, the throughput without the factors that change when the run moves (shift/run.rs):
+//! 1/(We G pdf) at x_1, 1/(pdf pdf) at each further vertex of the run; so a contribution's `rest` needs no division of colours.
 
 use super::next_event::NextEvent;
-use crate::math::{Colour, DVec3};
-use crate::medium::Segment;
+use crate::math::{Colour, DVec3, transmittance};
+use crate::medium::{EdgeMoments, Line, moments};
 use crate::phase::Phase;
-use crate::scene::ImagePoint;
-use crate::shift::{First, Link, Next, Shiftable};
-
-/// Links from x_1: to a light by next-event estimation, and to x_2 (or the environment) by going on.
-const TO_LIGHT: usize = 0;
-const TO_SECOND: usize = 1;
+use crate::scene::{ImagePoint, Scene};
+use crate::shift::{self, Depth, Link, Next, Onwards, Place, RunVertex, Shiftable};
 
 /// How far along the path the recording is.
 #[derive(Clone, Copy, Debug)]
 enum Stage {
     /// All contributions stay.
     Plain,
-    /// At x_1.
-    First,
-    /// On the way to x_2, in a direction of this density.
+    /// At a vertex of the run.
+    Run,
+    /// On the way from the run's last vertex, in a direction of this density.
     Leaving { pdf: f64 },
-    /// At x_2; its phase function if in a medium.
-    Second { phase: Option<Phase> },
-    /// Beyond: the unit vector from x_2 onwards, and whether it passes a phase function at x_2.
+    /// At the vertex after the run; its phase function if in a medium.
+    Next { phase: Option<Phase> },
+    /// Beyond: the unit vector onwards from the vertex where the link ends, and whether it passes a phase function there.
     Beyond { onwards: DVec3, wing: bool },
 }
 
@@ -33,91 +29,165 @@ enum Stage {
 pub struct Record {
     /// Sum of the contributions that stay at the path's pixel.
     pub plain: Colour,
-    enabled: bool,
+    /// Most vertices of the run; 0: nothing is shifted.
+    run: usize,
+    derivatives: bool,
     stage: Stage,
     shiftable: Option<Shiftable>,
+    /// How the run's last vertex, if not its first, looks as the end of a link: σ_s there and the link's depth.
+    last: (Colour, Depth),
     rest: Colour,
-    /// Sum of the contributions beyond x_2, without what changes.
+    /// Sum of the contributions beyond the link onwards, without what changes.
     beyond: Colour,
 }
 
 /// The end of an edge, reached.
 pub struct Arrival<'a> {
-    /// x, or the direction of an environment.
-    pub next: Next,
-    /// Unit vector along which it was reached, and how far.
-    pub direction: DVec3,
-    pub distance: f64,
+    /// The edge, up to there.
+    pub line: Line<'a>,
     pub optical_depth: Colour,
-    pub segments: &'a [Segment],
-    /// σ_s/pdf of a collision, 1/probability of passing.
-    pub weight: Colour,
-    pub transmittance: Colour,
+    /// Of a collision per distance, or the probability of passing.
+    pub density: f64,
+    pub next: Next,
+    /// What scatters there; None at specular surfaces and at infinity.
+    pub place: Option<Place>,
+    /// 1 but in a medium.
+    pub sigma_s: Colour,
+    pub phase: Option<Phase>,
 }
 
 impl Record {
-    pub fn new(enabled: bool) -> Self {
+    pub fn new(options: Option<&shift::Options>) -> Self {
         let none = Colour::ZERO;
-        Self { plain: none, enabled, stage: Stage::Plain, shiftable: None, rest: none, beyond: none }
-    }
-
-    /// The first vertex, where f = A·L·… in the measure of shift/link.rs, and the path's density in that measure so far.
-    pub fn first(&mut self, first: First, image: ImagePoint, density: f64, arrival: &Arrival) {
-        let Next::Point { position, .. } = arrival.next else { return };
-        if !self.enabled {
-            return;
+        Self {
+            plain: none,
+            run: options.map_or(0, |options| options.run.max(1)),
+            derivatives: options.is_some_and(|options| options.mode.has_derivatives()),
+            stage: Stage::Plain,
+            shiftable: None,
+            last: (none, Depth::default()),
+            rest: none,
+            beyond: none,
         }
-        self.rest = Colour::splat(1.0 / density);
-        self.shiftable = Some(Shiftable::new(position, image, first, arrival.optical_depth, arrival.segments));
-        self.stage = Stage::First;
     }
 
-    /// A later vertex; `connectable` unless it is specular.
-    pub fn later(&mut self, arrival: &Arrival, phase: Option<Phase>, connectable: bool) {
-        match self.stage {
-            Stage::Leaving { pdf } => {
-                let geometry = arrival.next.geometry(arrival.direction, arrival.distance);
-                if !connectable || !(geometry > 0.0) {
-                    self.stage = Stage::Plain;
-                    return;
+    /// The first vertex, and the path's density there in the measure of shift/run.rs.
+    pub fn first(&mut self, image: ImagePoint, density: f64, arrival: &Arrival) {
+        let (true, Some(vertex)) = (self.run > 0, self.run_vertex(arrival, Depth::far)) else { return };
+        self.rest = Colour::splat(1.0 / density);
+        self.shiftable = Some(Shiftable::new(image, vertex));
+        self.stage = Stage::Run;
+    }
+
+    /// A later vertex.
+    pub fn later(&mut self, arrival: &Arrival) {
+        match (self.stage, arrival.next) {
+            (Stage::Leaving { pdf }, next) => {
+                if self.extend(arrival) {
+                    self.rest /= pdf * arrival.density;
+                    self.stage = Stage::Run;
+                } else if arrival.place.is_some() || matches!(next, Next::Direction(_)) {
+                    self.leave(pdf, arrival);
+                } else {
+                    self.leave_before_last(pdf, arrival);
                 }
-                self.rest *= arrival.weight / (pdf * geometry);
-                if let Some(shiftable) = &mut self.shiftable {
-                    let link = Link::new(arrival.next, arrival.optical_depth, arrival.segments);
-                    shiftable.links[TO_SECOND] = Some(Link { phase: phase.unwrap_or_default(), ..link });
-                }
-                self.stage = Stage::Second { phase };
             }
-            Stage::Beyond { .. } => self.rest *= arrival.weight * arrival.transmittance,
+            (Stage::Beyond { .. }, _) => self.pass(arrival),
             _ => {}
+        }
+    }
+
+    /// Takes a vertex into the run, if it is one of a medium and there is room.
+    fn extend(&mut self, arrival: &Arrival) -> bool {
+        let (Some(Place::Medium(_)), Some(path)) = (arrival.place, &self.shiftable) else { return false };
+        if path.first().place.is_surface() || path.run().len() >= self.run {
+            return false;
+        }
+        let Some(vertex) = self.run_vertex(arrival, |moments, _, _| Depth::whole(moments)) else { return false };
+        self.last = (arrival.sigma_s, self.depth(arrival, Depth::near));
+        self.shiftable.as_mut().is_some_and(|path| path.push(vertex))
+    }
+
+    /// The path goes on from the run's last vertex to one that stays.
+    fn leave(&mut self, pdf: f64, arrival: &Arrival) {
+        let Line { direction, length, .. } = arrival.line;
+        let geometry = arrival.next.geometry(direction, length);
+        let depth = self.depth(arrival, Depth::near);
+        let Some(path) = self.shiftable.as_mut().filter(|_| geometry > 0.0) else {
+            self.stage = Stage::Plain;
+            return;
+        };
+        self.rest *= arrival.sigma_s / (arrival.density * pdf * geometry);
+        let link = Link { next: arrival.next, depth };
+        path.onwards = Some(Onwards::new(link, path.run().len() - 1, arrival.phase.unwrap_or_default()));
+        self.stage = Stage::Next { phase: arrival.phase };
+    }
+
+    /// The path meets a specular surface: the run's last vertex cannot move, but the ones before it can, and connect to it.
+    fn leave_before_last(&mut self, pdf: f64, arrival: &Arrival) {
+        self.stage = Stage::Plain;
+        let Some(path) = &mut self.shiftable else { return };
+        let [.., _, last] = path.run() else { return };
+        let Place::Medium(index) = last.place else { return };
+        let phase = arrival.line.media.get(index as usize).map(|medium| medium.phase).unwrap_or_default();
+        let (sigma_s, depth) = self.last;
+        let next = Next::Point { position: last.x, normal: None };
+        self.rest *= sigma_s * (last.distance * last.distance / pdf);
+        path.onwards = Some(Onwards::new(Link { next, depth }, path.run().len() - 2, phase));
+        self.stage = Stage::Beyond { onwards: arrival.line.direction, wing: true };
+        self.pass(arrival);
+    }
+
+    fn pass(&mut self, arrival: &Arrival) {
+        self.rest *= arrival.sigma_s * transmittance(arrival.optical_depth) / arrival.density;
+    }
+
+    fn run_vertex(&self, arrival: &Arrival, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Option<RunVertex> {
+        let Next::Point { position, .. } = arrival.next else { return None };
+        let Line { direction, length, .. } = arrival.line;
+        let depth = self.depth(arrival, kind);
+        Some(RunVertex { x: position, place: arrival.place?, depth, to_previous: -direction, distance: length, light: None })
+    }
+
+    fn depth(&self, arrival: &Arrival, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Depth {
+        let line = &arrival.line;
+        if self.derivatives {
+            kind(&moments(line), line.direction, line.length)
+        } else {
+            Depth::constant(arrival.optical_depth)
         }
     }
 
     /// Light met on the way: `emission` times its MIS weight.
     pub fn emitted(&mut self, throughput: Colour, emission: Colour) {
         match self.stage {
-            Stage::Second { .. } => self.add_plain(self.rest * emission),
+            Stage::Next { .. } => self.add_plain(self.rest * emission),
             Stage::Beyond { .. } => self.beyond += self.rest * emission,
             _ => self.plain += throughput * emission,
         }
     }
 
     /// A next-event estimate at the current vertex.
-    pub fn next_event(&mut self, throughput: Colour, event: &NextEvent) {
+    pub fn next_event(&mut self, scene: &Scene, throughput: Colour, event: &NextEvent) {
         match self.stage {
-            Stage::First => {
-                if let Some(shiftable) = &mut self.shiftable {
-                    let link = Link::new(event.next, event.optical_depth, event.hit.media());
-                    shiftable.links[TO_LIGHT] = Some(Link { plain: self.rest * event.emitted, ..link });
+            Stage::Run => {
+                let depth = if self.derivatives {
+                    Depth::near(&moments(&event.line(scene)), event.direction, event.distance)
+                } else {
+                    Depth::constant(event.optical_depth)
+                };
+                let rest = self.rest * event.emitted;
+                if let Some(vertex) = self.shiftable.as_mut().and_then(Shiftable::last_mut) {
+                    vertex.light = Some((Link { next: event.next, depth }, rest));
                 }
             }
-            Stage::Second { phase: Some(_) } => {
+            Stage::Next { phase: Some(_) } => {
                 let rest = self.rest * event.emitted * event.transmittance * event.geometry;
-                if let Some(link) = self.second_link() {
-                    link.add_wing(event.direction, rest);
+                if let Some(onwards) = self.onwards() {
+                    onwards.add_wing(event.direction, rest);
                 }
             }
-            Stage::Second { phase: None } => self.add_plain(self.rest * event.received()),
+            Stage::Next { phase: None } => self.add_plain(self.rest * event.received()),
             Stage::Beyond { .. } => self.beyond += self.rest * event.received(),
             _ => self.plain += throughput * event.received(),
         }
@@ -126,11 +196,11 @@ impl Record {
     /// The path goes on in `direction` of density `pdf`; `weight` is value over pdf and `survival`, the probability of going on.
     pub fn scattered(&mut self, direction: DVec3, weight: Colour, pdf: f64, survival: f64) {
         match self.stage {
-            Stage::First => {
+            Stage::Run => {
                 self.rest /= survival;
                 self.stage = Stage::Leaving { pdf };
             }
-            Stage::Second { phase } => {
+            Stage::Next { phase } => {
                 // A phase function is its own density.
                 self.rest *= if phase.is_some() { weight / pdf } else { weight };
                 self.stage = Stage::Beyond { onwards: direction, wing: phase.is_some() };
@@ -140,28 +210,28 @@ impl Record {
         }
     }
 
-    /// What can be shifted, if anything.
+    /// What can be shifted, if it carries anything.
     pub fn finish(mut self) -> Option<Shiftable> {
         match self.stage {
-            Stage::Beyond { onwards, wing: true } => {
+            Stage::Beyond { onwards: direction, wing: true } => {
                 let beyond = self.beyond;
-                if let Some(link) = self.second_link() {
-                    link.add_wing(onwards, beyond);
+                if let Some(onwards) = self.onwards() {
+                    onwards.add_wing(direction, beyond);
                 }
             }
             Stage::Beyond { wing: false, .. } => self.add_plain(self.beyond),
             _ => {}
         }
-        self.shiftable.and_then(Shiftable::without_empty_links)
+        self.shiftable?.carrying()
     }
 
-    fn second_link(&mut self) -> Option<&mut Link> {
-        self.shiftable.as_mut()?.links[TO_SECOND].as_mut()
+    fn onwards(&mut self) -> Option<&mut Onwards> {
+        self.shiftable.as_mut()?.onwards.as_mut()
     }
 
     fn add_plain(&mut self, rest: Colour) {
-        if let Some(link) = self.second_link() {
-            link.plain += rest;
+        if let Some(onwards) = self.onwards() {
+            onwards.plain += rest;
         }
     }
 }

@@ -1,28 +1,43 @@
-//! Where a vertex is shifted to. Kernels are symmetric in volume measure: the density of x → y is that of y → x.
+//! Where a path is shifted to. Kernels are symmetric: the density of x → y is that of y → x.
 
 use crate::math::{DVec2, DVec3, cbrt, direction_around, uniform_disk};
 use crate::scene::Camera;
 
-/// Most offsets in a batch.
-pub const MAX_SHIFTS: usize = 32;
+/// Most offsets in a batch: a tile of 6 × 6 pixels.
+pub const MAX_SHIFTS: usize = 35;
+
+/// Most vertices that move together.
+pub const MAX_RUN: usize = 8;
 
 /// How a shifted path is weighted. See ARCHITECTURE.md, "Estimators".
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
+    /// 1 + ⟨∇log f, offset⟩ [Lu20 (30)]: biased by O(r²).
+    FirstOrder,
+    /// 1 + ½⟨∇log f, offset⟩: biased by O(r⁴) inside a medium, by O(r) at edges.
+    HalfOrder,
     /// exp⟨∇log f, offset⟩: biased by O(r²), no ray queries.
     LogLinear,
+    /// f(y)/f(x) with optical depths linear in the offset and light as visible as at x: biased by O(r²), no ray queries.
+    LinearDepth,
     /// f(y)/f(x), staying at x where f(y) = 0: unbiased.
     Exact,
+    /// `LinearDepth` for all offsets, corrected by `Exact` for some of them: unbiased.
+    TwoLevel,
     /// All members around a common centre, weighted f(y)/Σf: unbiased, weights in [0, 1].
     Exchangeable,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// Uniform in a disk parallel to the image plane. (One perpendicular to the camera ray is not symmetric.)
-    Disk,
-    /// Uniform in a ball.
-    Ball,
+impl Mode {
+    /// Whether batches ask the host about rays.
+    pub fn has_queries(self) -> bool {
+        matches!(self, Self::Exact | Self::TwoLevel | Self::Exchangeable)
+    }
+
+    /// Whether weights need the derivatives of optical depths.
+    pub fn has_derivatives(self) -> bool {
+        !matches!(self, Self::Exact | Self::Exchangeable)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,42 +47,97 @@ pub enum Radius {
     World(f64),
 }
 
+impl Radius {
+    /// In world units at `x`.
+    fn at(self, camera: &Camera, x: DVec3) -> f64 {
+        match self {
+            Self::Pixels(pixels) => pixels * camera.pixel_size() * camera.depth(x),
+            Self::World(radius) => radius,
+        }
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::Pixels(pixels) => Self::Pixels(pixels * factor),
+            Self::World(radius) => Self::World(radius * factor),
+        }
+    }
+}
+
+/// The radii are those of one step. `Exchangeable` makes two: to the centre, and from there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kernel {
+    /// The pixels of the square tile that the path's own one is in; tiles cover the image, from a random corner on. Every pixel gets
+    /// equally many splats. Source: P. Bekaert et al., *Accelerating Path Tracing by Re-Using Paths*, EGWR 2002.
+    Tile,
+    /// Uniform in a disk parallel to the image plane. (One perpendicular to the camera ray is not symmetric.)
+    Disk(Radius),
+    /// Uniform in a ball of this radius, world units.
+    Ball(f64),
+}
+
 /// How a batch is made: `count` offsets beside the path itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     pub mode: Mode,
     pub kernel: Kernel,
-    /// Of one step. `Exchangeable` makes two: to the centre, and from there.
-    pub radius: Radius,
+    /// For a tile of n × n pixels n² − 1.
     pub count: usize,
+    /// Most medium vertices that move together, from the first on.
+    pub run: usize,
+    /// `TwoLevel`: how many of the offsets are evaluated exactly.
+    pub exact_count: usize,
+    /// The radius shrinks as i^((alpha − 1)/3) over the samples i of the image: 1 keeps it.
+    pub alpha: f64,
+    /// `FirstOrder` and `HalfOrder`: the greatest |W|; infinite for no clamp.
+    pub clamp: f64,
 }
 
 impl Options {
-    /// The radius at `x`, world units.
-    pub fn radius_at(&self, camera: &Camera, x: DVec3) -> f64 {
-        match self.radius {
-            Radius::Pixels(pixels) => pixels * camera.pixel_size() * camera.depth(x),
-            Radius::World(radius) => radius,
-        }
+    /// One vertex moves, at a constant radius.
+    pub const fn new(mode: Mode, kernel: Kernel, count: usize) -> Self {
+        Self { mode, kernel, count, run: 1, exact_count: 1, alpha: 1.0, clamp: f64::INFINITY }
     }
 
-    /// The radius in pixels if surfaces may be shifted: they move with their image point, which takes a disk in pixels, and weights from
-    /// ray queries.
-    pub fn surface_radius(&self) -> Option<f64> {
-        match (self.mode, self.kernel, self.radius) {
-            (Mode::Exact | Mode::Exchangeable, Kernel::Disk, Radius::Pixels(pixels)) => Some(pixels),
-            _ => None,
-        }
+    /// With the radius after `samples` samples of the image. [Lu20 (46)], but over the whole image's samples instead of one batch's.
+    pub fn after(&self, samples: f64) -> Self {
+        let factor = libm::pow(samples.max(1.0), (self.alpha - 1.0) / 3.0);
+        let kernel = match self.kernel {
+            Kernel::Tile => Kernel::Tile,
+            Kernel::Disk(radius) => Kernel::Disk(radius.scaled(factor)),
+            Kernel::Ball(radius) => Kernel::Ball(radius * factor),
+        };
+        Self { kernel, ..*self }
     }
 
-    /// An offset from three uniform numbers.
-    pub fn offset(&self, camera: &Camera, radius: f64, u: [f64; 3]) -> DVec3 {
+    /// Whether paths that begin on a surface are shifted: they move with their image point, and have no gradient.
+    pub fn moves_surfaces(&self) -> bool {
+        let on_image = matches!(self.kernel, Kernel::Tile | Kernel::Disk(Radius::Pixels(_)));
+        on_image && !matches!(self.mode, Mode::FirstOrder | Mode::HalfOrder | Mode::LogLinear)
+    }
+
+    /// Pixels along a tile's side.
+    pub fn tile_side(&self) -> u32 {
+        (1..).take_while(|side| side * side <= self.count as u32 + 1).last().unwrap_or(1)
+    }
+
+    /// An offset of a vertex at `x` in space, from three uniform numbers.
+    pub(super) fn offset(&self, camera: &Camera, x: DVec3, u: [f64; 3]) -> DVec3 {
         match self.kernel {
-            Kernel::Disk => {
-                let d = uniform_disk(DVec2::new(u[0], u[1])) * radius;
+            Kernel::Tile => DVec3::ZERO,
+            Kernel::Disk(radius) => {
+                let d = uniform_disk(DVec2::new(u[0], u[1])) * radius.at(camera, x);
                 d.x * camera.right + d.y * camera.up
             }
-            Kernel::Ball => direction_around(DVec3::Z, 1.0 - 2.0 * u[0], u[1]) * (radius * cbrt(u[2])),
+            Kernel::Ball(radius) => direction_around(DVec3::Z, 1.0 - 2.0 * u[0], u[1]) * (radius * cbrt(u[2])),
+        }
+    }
+
+    /// An offset on the image, in pixels.
+    pub(super) fn image_offset(&self, u: [f64; 2]) -> DVec2 {
+        match self.kernel {
+            Kernel::Disk(Radius::Pixels(pixels)) => uniform_disk(u.into()) * pixels,
+            _ => DVec2::ZERO,
         }
     }
 }

@@ -1,13 +1,21 @@
-//! Shifts: one sampled path becomes a batch of correlated ones by moving its first vertex.
+//! Shifts: one sampled path becomes a batch of correlated ones by moving its first vertices.
 //!
 //! The contract with a sampler: a sample of weight C = w·f/p is repeated at y as (C*/f*(x))·f(y), for the samples of *all* techniques,
 //! whose MIS weights w sum to 1 wherever f > 0, unclamped.
 
 mod batch;
+mod evaluate;
+mod from_path;
+mod gradient;
 mod kernel;
 mod link;
+mod place;
+mod run;
 mod weight;
 
 pub use batch::{BatchStats, shift};
-pub use kernel::{Kernel, MAX_SHIFTS, Mode, Options, Radius};
-pub use link::{First, Link, Next, Shiftable, from_path, towards, volume_to_image};
+pub use from_path::from_path;
+pub use kernel::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius};
+pub use link::{Depth, Link, Next, Onwards};
+pub use place::Draw;
+pub use run::{Place, RunVertex, Shiftable, volume_to_image};

@@ -1,183 +1,174 @@
 //! The weights W of a batch's members, mode by mode.
 
-use super::BatchStats;
-use super::batch::Member;
-use super::link::{Link, LinkValue, MAX_LINKS, MAX_WINGS, Shiftable, towards};
-use crate::math::{Colour, DVec2, DVec3, exp, luminance};
-use crate::medium::Line;
-use crate::path::{LogGradient, Move, Neighbour, log_gradient, wing_log_gradient};
+use super::gradient::GroupGradients;
+use super::kernel::{Mode, Options};
+use super::place::Member;
+use super::run::{GROUPS, Groups, Progress, Shiftable};
+use crate::math::{Colour, DVec2, exp, luminance};
 use crate::scene::Scene;
 
-/// Contributions of a link that change alike: those without a wing, and each wing.
-const GROUPS: usize = 1 + MAX_WINGS;
-
-/// Per group, the phase function at the far end (1 for the plain group) and what stays.
-fn groups(link: &Link, value: &LinkValue) -> [(f64, Colour); GROUPS] {
-    core::array::from_fn(|g| match g.checked_sub(1) {
-        None => (1.0, link.plain),
-        Some(wing) => (value.wings[wing], link.wings[wing].1),
-    })
-}
-
-/// What all contributions along `link` carry at `value`.
-fn carried(link: &Link, value: &LinkValue) -> Colour {
-    value.colour * groups(link, value).iter().map(|(wing, rest)| *wing * *rest).sum::<Colour>()
-}
-
-impl Shiftable {
-    /// What the path carries where it was sampled.
-    pub(super) fn carried(&self, scene: &Scene) -> Colour {
-        links(self).map(|(i, link)| carried(link, &self.value(scene, i))).sum()
-    }
-}
-
-fn links(path: &Shiftable) -> impl Iterator<Item = (usize, &Link)> {
-    path.links.iter().enumerate().filter_map(|(i, link)| Some((i, link.as_ref()?)))
-}
-
-/// Largest weight, and inverse of the smallest, with which `exact` and `log_linear` move a splat. The relation "f(x) and f(y) differ by
-/// this factor at most" is symmetric, so keeping the splat at x otherwise costs no bias, and no factor of f (1/d² next to a neighbour,
-/// σ_s(y)/σ_s(x) where a density runs out) can make the variance infinite. A linear log f means nothing beyond it either.
+/// Largest weight, and inverse of the smallest, with which a splat moves where weights are ratios f(y)/f(x). The relation "f(x) and f(y)
+/// differ by this factor at most" is symmetric, so keeping the splat at x otherwise costs no bias, and no factor of f (1/d² next to a
+/// neighbour, σ_s(y)/σ_s(x) where a density runs out) can make the variance infinite. A linear log f means nothing beyond it either.
 const MAX_RATIO: f64 = 4.0;
 
 fn moves(ratio: f64) -> bool {
     ratio * MAX_RATIO >= 1.0 && ratio <= MAX_RATIO
 }
 
-/// W = f(y)/f(x), or 1 at x itself where that is 0 or out of bounds.
-pub(super) fn exact(path: &Shiftable, members: &[Member], splat: &mut impl FnMut(DVec2, Colour)) -> BatchStats {
-    let Some((own, others)) = members.split_first() else { return BatchStats::default() };
-    let share = 1.0 / members.len() as f64;
-    let mut stats = BatchStats::default();
-    let mut at_own: Colour = links(path).map(|(i, link)| carried(link, &own.links[i])).sum();
-    for member in others {
-        let mut there = Colour::ZERO;
-        for (i, link) in links(path) {
-            let (here, y) = (&own.links[i], &member.links[i]);
-            let ratio = luminance(y.colour) / luminance(here.colour);
-            let pairs = groups(link, here).into_iter().zip(groups(link, y));
-            for ((wing, rest), (wing_y, _)) in pairs.filter(|((_, rest), _)| *rest != Colour::ZERO) {
-                stats.shifts += 1;
-                if moves(ratio * wing_y / wing) {
-                    there += y.colour * rest * wing_y;
-                } else {
-                    at_own += here.colour * rest * wing;
-                    stats.stays += 1;
+/// A batch while its splats are made. All weights are divided by the number of members, the path itself included.
+pub(super) struct Weighing<'a> {
+    path: &'a Shiftable,
+    own: Progress,
+    /// `rest` of each group, and all that it carries at x.
+    rests: Groups,
+    carried: Groups,
+    /// The groups that carry something.
+    groups: [usize; GROUPS],
+    group_count: usize,
+    share: f64,
+    /// What goes to the path's own pixel.
+    at_own: Colour,
+    pub shifts: u64,
+    pub stays: u64,
+}
+
+/// What of a member's splat goes to its pixel, and what to the path's own.
+#[derive(Clone, Copy, Default)]
+struct Split {
+    there: Colour,
+    stays: Colour,
+}
+
+impl<'a> Weighing<'a> {
+    pub fn new(scene: &Scene, path: &'a Shiftable, others: usize) -> Self {
+        let (own, rests) = (path.own(scene), path.rests());
+        let carried: Groups = core::array::from_fn(|g| own.values[g] * rests[g]);
+        let share = 1.0 / (others + 1) as f64;
+        let mut weighing = Self {
+            path,
+            own,
+            rests,
+            carried,
+            groups: [0; GROUPS],
+            group_count: 0,
+            share,
+            at_own: Colour::ZERO,
+            shifts: 0,
+            stays: 0,
+        };
+        for (g, carried) in carried.iter().enumerate() {
+            if carried.max_element() > 0.0 {
+                weighing.groups[weighing.group_count] = g;
+                weighing.group_count += 1;
+                weighing.at_own += carried * share;
+            }
+        }
+        weighing
+    }
+
+    pub fn own(&self) -> &Progress {
+        &self.own
+    }
+
+    /// The path's own splat.
+    pub fn finish(&self, splat: &mut impl FnMut(DVec2, Colour)) {
+        splat(self.path.image.pixel, self.at_own);
+    }
+
+    fn groups(&self) -> impl Iterator<Item = usize> + use<> {
+        let (groups, count) = (self.groups, self.group_count);
+        groups.into_iter().take(count)
+    }
+
+    /// Weighs a member's groups; None: that group's splat stays.
+    fn split(&mut self, mut weigh: impl FnMut(&Self, usize) -> Option<Colour>) -> Split {
+        let mut split = Split::default();
+        for g in self.groups() {
+            self.shifts += 1;
+            match weigh(self, g) {
+                Some(there) => split.there += there,
+                None => {
+                    split.stays += self.carried[g];
+                    self.stays += 1;
                 }
             }
         }
+        split
+    }
+
+    fn add(&mut self, member: &Member, split: Split, splat: &mut impl FnMut(DVec2, Colour)) {
+        self.at_own += split.stays * self.share;
         if let Some(image) = member.image {
-            splat(image.pixel, there * share);
+            splat(image.pixel, split.there * self.share);
         }
     }
-    splat(path.image.pixel, at_own * share);
-    stats
-}
 
-/// W = s(y)/Σs over all members, s being the luminance of what changes. Where f(y) = 0 a member gets nothing.
-pub(super) fn exchangeable(path: &Shiftable, members: &[Member], splat: &mut impl FnMut(DVec2, Colour)) -> BatchStats {
-    let Some(own) = members.first() else { return BatchStats::default() };
-    let mut shares = [[0.0; GROUPS]; MAX_LINKS];
-    let mut stats = BatchStats::default();
-    for (i, link) in links(path) {
-        let mut sums = [0.0; GROUPS];
-        for member in members {
-            let value = &member.links[i];
-            let s = luminance(value.colour);
-            stats.stays += u64::from(!(s > 0.0));
-            for (sum, (wing, _)) in sums.iter_mut().zip(groups(link, value)) {
-                *sum += s * wing;
-            }
-        }
-        stats.shifts += members.len() as u64 - 1;
-        let s = luminance(own.links[i].colour);
-        for (share, (sum, (wing, _))) in shares[i].iter_mut().zip(sums.iter().zip(groups(link, &own.links[i]))) {
-            // s(x) > 0 unless it underflows; the contribution is then nothing too.
-            *share = if *sum > 0.0 { s * wing / sum } else { 0.0 };
-        }
+    /// W = f(y)/f(x), or 1 at x itself where that is 0 or out of bounds.
+    pub fn ratio(&mut self, member: &Member, splat: &mut impl FnMut(DVec2, Colour)) {
+        let split = self.split_ratio(member);
+        self.add(member, split, splat);
     }
-    for member in members {
-        let Some(image) = member.image else { continue };
-        let mut there = Colour::ZERO;
-        for (i, link) in links(path) {
-            let value = &member.links[i];
-            for (share, (wing, rest)) in shares[i].iter().zip(groups(link, value)) {
-                there += value.colour * rest * (wing * share);
-            }
-        }
-        splat(image.pixel, there);
-    }
-    stats
-}
 
-/// W = exp⟨∇log f*, offset⟩, whatever is in the way; 1 at x itself where y is off the image, where the medium of x is empty, or where W
-/// is out of bounds.
-pub(super) fn log_linear(
-    scene: &Scene,
-    path: &Shiftable,
-    members: &[Member],
-    splat: &mut impl FnMut(DVec2, Colour),
-) -> BatchStats {
-    let (Some((own, others)), Some(medium)) = (members.split_first(), scene.medium(path.first.medium())) else {
-        return BatchStats::default();
-    };
-    let share = 1.0 / members.len() as f64;
-    let gradients: [_; MAX_LINKS] =
-        core::array::from_fn(|i| path.links[i].as_ref().map(|link| group_gradients(scene, path, link, &own.links[i])));
-    let mut at_own: Colour = links(path).map(|(i, link)| carried(link, &own.links[i])).sum();
-    let mut stats = BatchStats::default();
-    for member in others {
-        let image = member.image.filter(|_| medium.density.at(member.y) > 0.0);
-        let mut there = Colour::ZERO;
-        for (i, link) in links(path) {
-            let Some(gradients) = gradients[i] else { continue };
-            let pairs = groups(link, &own.links[i]).into_iter().zip(gradients);
-            for ((wing, rest), gradient) in pairs.filter(|((_, rest), _)| *rest != Colour::ZERO) {
-                stats.shifts += 1;
-                let carried = own.links[i].colour * rest * wing;
-                let ratio = exp(gradient.dot(member.y - path.x));
-                if image.is_some() && moves(ratio) {
-                    there += carried * ratio;
-                } else {
-                    at_own += carried;
-                    stats.stays += 1;
-                }
-            }
-        }
-        if let Some(image) = image {
-            splat(image.pixel, there * share);
-        }
+    fn split_ratio(&mut self, member: &Member) -> Split {
+        self.split(|own, g| {
+            let y = member.value.as_ref()?.values[g];
+            let ratio = luminance(y) / luminance(own.own.values[g]);
+            moves(ratio).then(|| y * own.rests[g])
+        })
     }
-    splat(path.image.pixel, at_own * share);
-    stats
-}
 
-/// ∇log f* of each group of a link; 0 for groups that carry nothing.
-fn group_gradients(scene: &Scene, path: &Shiftable, link: &Link, value: &LinkValue) -> [DVec3; GROUPS] {
-    let Some(medium) = scene.medium(path.first.medium()) else { return [DVec3::ZERO; GROUPS] };
-    let (camera, next) = (&scene.camera, link.neighbour());
-    let (direction, length) = towards(path.x, &link.next);
-    let shared = log_gradient(
-        camera,
-        &Move {
-            x: path.x,
-            medium,
-            previous: Neighbour::Camera,
-            next,
-            previous_line: path.camera_line(scene),
-            next_line: Line::new(scene.media, path.x, direction, length, link.media.segments()),
-            previous_wing: None,
-            next_wing: None,
-        },
-    );
-    let wing_of = |g: usize| g.checked_sub(1).and_then(|wing| link.wing(wing));
-    let groups = groups(link, value);
-    core::array::from_fn(|g| {
-        let (wing, colour) = (wing_of(g), value.colour * groups[g].1);
-        let gradient = shared.filter(|_| luminance(colour) > 0.0).map(|shared| {
-            let phase_next = wing.map_or(DVec3::ZERO, |wing| wing_log_gradient(camera, path.x, next, &wing));
-            LogGradient { phase_next, ..shared }.of_luminance(colour)
+    /// `cheap`, corrected by `exact` in the name of `share` members.
+    pub fn corrected(&mut self, cheap: &Member, exact: &Member, share: f64, splat: &mut impl FnMut(DVec2, Colour)) {
+        let (c, e) = (self.split_ratio(cheap), self.split_ratio(exact));
+        let there = c.there + (e.there - c.there) * share;
+        let stays = c.stays + (e.stays - c.stays) * share;
+        self.add(cheap, Split { there, stays }, splat);
+    }
+
+    /// W from ⟨∇log f, offset⟩, whatever is in the way; 1 at x itself where y is off the image or a vertex leaves its medium.
+    pub fn linear(
+        &mut self,
+        scene: &Scene,
+        options: &Options,
+        gradients: &GroupGradients,
+        member: &Member,
+        splat: &mut impl FnMut(DVec2, Colour),
+    ) {
+        let offset = member.y - self.path.first().x;
+        let inside = member.image.is_some() && self.path.stays_in_media(scene, offset);
+        let clamp = |w: f64| w.clamp(-options.clamp, options.clamp);
+        let split = self.split(|own, g| {
+            let slope = gradients[g].dot(offset);
+            let w = match options.mode {
+                Mode::FirstOrder => clamp(1.0 + slope),
+                Mode::HalfOrder => clamp(1.0 + 0.5 * slope),
+                _ => Some(exp(slope)).filter(|w| moves(*w))?,
+            };
+            inside.then(|| own.carried[g] * w)
         });
-        gradient.unwrap_or(DVec3::ZERO)
-    })
+        self.add(member, split, splat);
+    }
+
+    /// W = s(y)/Σs over all members, s being the luminance of what changes. Where f(y) = 0 a member gets nothing.
+    pub fn exchangeable(&mut self, members: &[Member], splat: &mut impl FnMut(DVec2, Colour)) {
+        self.at_own = Colour::ZERO;
+        let mut factors = [Colour::ZERO; GROUPS];
+        for g in self.groups() {
+            let s = |value: &Progress| luminance(value.values[g]);
+            let others = members.iter().map(|member| member.value.as_ref().map_or(0.0, s));
+            self.shifts += members.len() as u64;
+            self.stays += others.clone().filter(|s| !(*s > 0.0)).count() as u64;
+            let own = s(&self.own);
+            let share = own / (own + others.sum::<f64>());
+            // s(x) > 0 unless it underflows; the contribution is then nothing too.
+            factors[g] = if own > 0.0 { self.rests[g] * share } else { Colour::ZERO };
+            self.at_own += self.own.values[g] * factors[g];
+        }
+        for member in members {
+            let (Some(image), Some(value)) = (member.image, &member.value) else { continue };
+            let there: Colour = self.groups().map(|g| value.values[g] * factors[g]).sum();
+            splat(image.pixel, there);
+        }
+    }
 }

@@ -1,0 +1,199 @@
+//! f of shifted paths, visibility included: the members' rays are asked for together, edge by edge.
+
+use super::batch::BatchStats;
+use super::link::Link;
+use super::place::Member;
+use super::run::{Aim, Place, Progress, Shiftable};
+use crate::math::{Colour, DVec3};
+use crate::medium::{Line, optical_depth};
+use crate::scene::{Bsdf, Camera, HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
+
+/// Rays per query.
+const CHUNK: usize = 8;
+
+/// Everything that the steps of one evaluation share.
+pub(super) struct Evaluation<'a, Q> {
+    pub scene: &'a Scene<'a>,
+    queries: &'a Q,
+    pub path: &'a Shiftable,
+    pub stats: BatchStats,
+}
+
+impl<'a, Q: Queries> Evaluation<'a, Q> {
+    pub fn new(scene: &'a Scene<'a>, queries: &'a Q, path: &'a Shiftable) -> Self {
+        Self { scene, queries, path, stats: BatchStats::default() }
+    }
+
+    /// Fills the members' values; none where f(y) = 0.
+    pub fn run(&mut self, members: &mut [Member]) -> Result<(), Stop> {
+        members.chunks_mut(CHUNK).try_for_each(|chunk| self.evaluate(chunk))
+    }
+
+    fn evaluate(&mut self, chunk: &mut [Member]) -> Result<(), Stop> {
+        let path = self.path;
+        if path.first().place.is_surface() { self.see_surfaces(chunk)? } else { self.see(chunk)? }
+        for (i, vertex) in path.run().iter().enumerate() {
+            if let Some((link, _)) = &vertex.light {
+                self.connect(chunk, i, link, |value, aim, depth| value.reach_light(i, aim, depth))?;
+            }
+            if let Some(onwards) = path.onwards.as_ref().filter(|onwards| onwards.from == i) {
+                self.connect(chunk, i, &onwards.link, |value, aim, depth| value.go_onwards(onwards, aim, depth))?;
+            }
+            if i + 1 < path.run().len() {
+                self.step(chunk, i + 1)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The members that the camera sees in a medium.
+    fn see(&mut self, chunk: &mut [Member]) -> Result<(), Stop> {
+        let camera = &self.scene.camera;
+        self.ask(
+            chunk,
+            Q::occluded,
+            HIT_NONE,
+            |member| camera_ray(camera, &member.image?, false),
+            |scene, member, hit| {
+                let (Some(image), Some(last)) = (member.image, hit.media().last()) else { return };
+                let line = camera_line(scene, &image, hit);
+                let place = Place::Medium(last.medium);
+                member.value = Some(Progress::at_first(scene, member.y, place, image, optical_depth(&line)));
+            },
+        )
+    }
+
+    /// The members whose image point shows a surface that is not specular.
+    fn see_surfaces(&mut self, chunk: &mut [Member]) -> Result<(), Stop> {
+        let camera = &self.scene.camera;
+        self.ask(
+            chunk,
+            Q::intersect,
+            HIT_SURFACE,
+            |member| camera_ray(camera, &member.image?, true),
+            |scene, member, hit| {
+                let bsdf = scene.materials.get(hit.material as usize);
+                let Some(image) = &mut member.image else { return };
+                if bsdf.is_none_or(Bsdf::is_specular) {
+                    return;
+                }
+                image.distance = image.ray.start + f64::from(hit.t);
+                member.y = camera.position + image.distance * image.ray.direction;
+                let line = camera_line(scene, image, hit);
+                let place = Place::surface(hit);
+                member.value = Some(Progress::at_first(scene, member.y, place, *image, optical_depth(&line)));
+            },
+        )
+    }
+
+    /// A link from the run's vertex `i`.
+    fn connect(
+        &mut self,
+        chunk: &mut [Member],
+        i: usize,
+        link: &Link,
+        arrive: impl Fn(&mut Progress, &Aim, Colour),
+    ) -> Result<(), Stop> {
+        let (scene, path) = (self.scene, self.path);
+        self.ask(
+            chunk,
+            Q::occluded,
+            HIT_NONE,
+            |member| {
+                let value = member.value.as_ref()?;
+                let aim = value.aim(scene, path, i, link)?;
+                Some(ray(value, path, i, aim.direction, aim.distance, link.next.t_max(aim.distance)))
+            },
+            |scene, member, hit| {
+                let Some(value) = &mut member.value else { return };
+                let Some(aim) = value.aim(scene, path, i, link) else { return };
+                let line = Line::new(scene.media, value.vertex(path, i), aim.direction, aim.distance, hit.media());
+                arrive(value, &aim, optical_depth(&line));
+            },
+        )
+    }
+
+    /// From the run's vertex before `i` to that one. Members with something in the way stay behind; their links so far keep their values.
+    fn step(&mut self, chunk: &mut [Member], i: usize) -> Result<(), Stop> {
+        let path = self.path;
+        let Some(vertex) = path.run().get(i) else { return Ok(()) };
+        let (direction, distance) = (-vertex.to_previous, vertex.distance);
+        self.ask(
+            chunk,
+            Q::occluded,
+            HIT_NONE,
+            |member| {
+                let value = member.value.as_ref().filter(|value| value.carries(i - 1))?;
+                Some(ray(value, path, i - 1, direction, distance, distance))
+            },
+            |scene, member, hit| {
+                let (Some(value), Some(last)) = (&mut member.value, hit.media().last()) else { return };
+                let line = Line::new(scene.media, value.vertex(path, i - 1), direction, distance, hit.media());
+                value.step(scene, path, i, Place::Medium(last.medium), optical_depth(&line));
+            },
+        )
+    }
+
+    /// Asks about one ray per member (none: skipped) in one query, and passes on those whose hit is of the kind `wanted`.
+    fn ask(
+        &mut self,
+        chunk: &mut [Member],
+        query: impl Fn(&Q, &[Ray], &mut [Hit]) -> Result<(), Stop>,
+        wanted: u32,
+        ray_of: impl Fn(&Member) -> Option<Ray>,
+        found: impl Fn(&Scene, &mut Member, &Hit),
+    ) -> Result<(), Stop> {
+        let mut rays = [Ray::default(); CHUNK];
+        let mut hits = [const { Hit::EMPTY }; CHUNK];
+        let mut asked = [0; CHUNK];
+        let mut count = 0;
+        for (index, member) in chunk.iter().enumerate() {
+            if let Some(ray) = ray_of(member) {
+                (rays[count], asked[count]) = (ray, index);
+                count += 1;
+            }
+        }
+        if count == 0 {
+            return Ok(());
+        }
+        let counter = if wanted == HIT_NONE { &mut self.stats.occlusion_rays } else { &mut self.stats.rays };
+        *counter += count as u64;
+        query(self.queries, &rays[..count], &mut hits[..count])?;
+        for (hit, index) in hits[..count].iter().zip(asked) {
+            if hit.kind == wanted {
+                hit.check(self.scene)?;
+                found(self.scene, &mut chunk[index], hit);
+            } else if hit.kind == HIT_OVERFLOW {
+                // More media than fit: f counts as 0 there.
+                self.stats.overflows += 1;
+            } else if hit.kind != HIT_NONE && hit.kind != HIT_SURFACE {
+                return Err(Stop::InvalidHit);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// From the near plane to the image point's world point, or as far as it goes.
+fn camera_ray(camera: &Camera, image: &ImagePoint, endless: bool) -> Option<Ray> {
+    let start = camera.position + image.ray.start * image.ray.direction;
+    let length = if endless { f64::INFINITY } else { image.distance - image.ray.start };
+    Some(Ray::free(start, image.ray.direction, length, camera.medium))
+}
+
+/// The edge from the camera to an image point's world point, whose media `hit` knows from the near plane on.
+fn camera_line<'s>(scene: &'s Scene, image: &ImagePoint, hit: &'s Hit) -> Line<'s> {
+    let (camera, start) = (&scene.camera, image.ray.start);
+    let line = Line::new(scene.media, camera.position, image.ray.direction, image.distance, hit.media());
+    Line { start, start_normal: camera.forward, segments_start: start, ..line }
+}
+
+/// From the run's vertex `i`.
+fn ray(value: &Progress, path: &Shiftable, i: usize, direction: DVec3, distance: f64, t_max: f64) -> Ray {
+    let x = value.vertex(path, i);
+    let t_min = match value.place {
+        Place::Medium(_) => 0.0,
+        Place::Surface { .. } => surface_epsilon(x, value.image.distance).min(0.25 * distance),
+    };
+    Ray { t_min: t_min as f32, ..Ray::free(x, direction, t_max, value.place.medium()) }
+}

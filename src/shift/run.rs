@@ -1,0 +1,280 @@
+//! What of a path changes when its run moves, and what stays.
+//!
+//! The run x_1 … x_m are the vertices that move by one offset: medium vertices from the camera on, or a single one on a surface.
+//! Contributions leave it by links: to a light from any of its vertices, and onwards from the last. Each is
+//!
+//! ```text
+//! f = A_i(x) · L(x) · w(x) · rest        A_1 = We G Tr σ_s,   A_{i+1} = A_i f_p Tr σ_s,   L = f_p G Tr  (or f_r G Tr)
+//! ```
+//!
+//! with w the phase function where the link onwards ends. `rest` stays; so do all distances and directions inside the run, whose G is
+//! part of it. On a surface A_1 = Tr, in image measure: We G dA(x_1) is the image's own area.
+
+use super::kernel::MAX_RUN;
+use super::link::{Depth, Link, MAX_WINGS, Onwards};
+use crate::math::{Colour, DVec3, transmittance};
+use crate::scene::{Camera, Hit, ImagePoint, Scene};
+
+/// What scatters at a vertex of the run.
+#[derive(Clone, Copy, Debug)]
+pub enum Place {
+    /// The medium of this index.
+    Medium(u32),
+    /// A surface that is not specular. `medium` is on the side that its normal points to.
+    Surface { material: u32, normal: DVec3, medium: u32 },
+}
+
+impl Place {
+    /// The surface that a ray from the camera hit.
+    pub fn surface(hit: &Hit) -> Self {
+        Self::Surface { material: hit.material, normal: hit.unit_normal(), medium: hit.medium_beyond(true) }
+    }
+
+    /// f_p, or f_r·cos.
+    pub(super) fn scattering(&self, scene: &Scene, to_previous: DVec3, to_next: DVec3) -> Colour {
+        match *self {
+            Self::Medium(index) => {
+                let phase = scene.medium(index).map(|medium| medium.phase);
+                Colour::splat(phase.map_or(0.0, |phase| phase.eval(to_previous.dot(to_next))))
+            }
+            Self::Surface { material, normal, .. } => {
+                let bsdf = scene.materials.get(material as usize);
+                bsdf.map_or(Colour::ZERO, |bsdf| bsdf.eval(normal, to_previous, to_next) * normal.dot(to_next).abs())
+            }
+        }
+    }
+
+    /// σ_s at `x`; 1 on a surface.
+    pub(super) fn scattering_coefficient(&self, scene: &Scene, x: DVec3) -> Colour {
+        match *self {
+            Self::Medium(index) => scene.medium(index).map_or(Colour::ZERO, |medium| medium.sigma_s(x)),
+            Self::Surface { .. } => Colour::ONE,
+        }
+    }
+
+    /// The medium in which edges from here start.
+    pub fn medium(&self) -> u32 {
+        match *self {
+            Self::Medium(medium) | Self::Surface { medium, .. } => medium,
+        }
+    }
+
+    pub fn is_surface(&self) -> bool {
+        matches!(self, Self::Surface { .. })
+    }
+}
+
+/// We cosθ/d²: what a volume at an image point's world point takes of the image's measure, per length along the ray.
+pub fn volume_to_image(camera: &Camera, image: &ImagePoint) -> f64 {
+    let cosine = image.ray.cosine;
+    camera.importance(cosine) * cosine / (image.distance * image.distance)
+}
+
+/// A vertex that moves.
+#[derive(Clone, Copy, Debug)]
+pub struct RunVertex {
+    pub x: DVec3,
+    pub place: Place,
+    /// Of the edge that leads here, from the near plane or from the run's vertex before.
+    pub depth: Depth,
+    /// Unit direction to the vertex before, and distance from it.
+    pub to_previous: DVec3,
+    pub distance: f64,
+    /// The next-event estimate from here, and its `rest`.
+    pub light: Option<(Link, Colour)>,
+}
+
+/// Contributions that change differently: the next-event estimates, and those onwards: without a wing, and with each wing.
+pub const GROUPS: usize = MAX_RUN + 1 + MAX_WINGS;
+pub const PLAIN: usize = MAX_RUN;
+pub const WINGS: usize = MAX_RUN + 1;
+
+/// One colour for each group.
+pub type Groups = [Colour; GROUPS];
+
+/// A sampled path whose run may move.
+#[derive(Clone, Copy, Debug)]
+pub struct Shiftable {
+    pub image: ImagePoint,
+    run: [RunVertex; MAX_RUN],
+    length: usize,
+    pub onwards: Option<Onwards>,
+}
+
+impl Shiftable {
+    /// A path without contributions yet.
+    pub fn new(image: ImagePoint, first: RunVertex) -> Self {
+        Self { image, run: [first; MAX_RUN], length: 1, onwards: None }
+    }
+
+    pub fn run(&self) -> &[RunVertex] {
+        self.run.get(..self.length).unwrap_or(&[])
+    }
+
+    pub fn first(&self) -> &RunVertex {
+        &self.run[0]
+    }
+
+    pub fn last_mut(&mut self) -> Option<&mut RunVertex> {
+        self.run.get_mut(self.length - 1)
+    }
+
+    /// Appends a vertex to the run. False: it is full.
+    pub fn push(&mut self, vertex: RunVertex) -> bool {
+        let slot = self.run.get_mut(self.length);
+        let room = slot.is_some();
+        if let Some(slot) = slot {
+            *slot = vertex;
+            self.length += 1;
+        }
+        room
+    }
+
+    /// Without vertices and links after the last contribution; None if there is none.
+    pub fn carrying(mut self) -> Option<Self> {
+        let carries = |rest: &Colour| rest.max_element() > 0.0;
+        let rests = self.rests();
+        if !rests[PLAIN..].iter().any(carries) {
+            self.onwards = None;
+        }
+        for (vertex, _) in self.run.iter_mut().zip(&rests).filter(|(_, rest)| !carries(rest)) {
+            vertex.light = None;
+        }
+        let needed = |i: usize| self.run[i].light.is_some() || self.onwards.is_some_and(|onwards| onwards.from == i);
+        let last = (0..self.length).rev().find(|i| needed(*i))?;
+        self.length = last + 1;
+        Some(self)
+    }
+
+    /// `rest` of each group; 0 for those that carry nothing.
+    pub(super) fn rests(&self) -> Groups {
+        let mut rests = [Colour::ZERO; GROUPS];
+        for (rest, vertex) in rests.iter_mut().zip(self.run()) {
+            *rest = vertex.light.map_or(Colour::ZERO, |(_, rest)| rest);
+        }
+        if let Some(onwards) = &self.onwards {
+            rests[PLAIN] = onwards.plain;
+            for (rest, (_, wing)) in rests[WINGS..].iter_mut().zip(onwards.wings()) {
+                *rest = *wing;
+            }
+        }
+        rests
+    }
+
+    /// The path where it was sampled.
+    pub(super) fn own(&self, scene: &Scene) -> Progress {
+        self.predicted(scene, self.first().x, self.image)
+    }
+
+    /// Whether all vertices of the run still scatter, each in its own medium, after a move by `offset`.
+    pub(super) fn stays_in_media(&self, scene: &Scene, offset: DVec3) -> bool {
+        let scatters = |vertex: &RunVertex| {
+            scene.medium(vertex.place.medium()).is_some_and(|medium| medium.density.at(vertex.x + offset) > 0.0)
+        };
+        self.run().iter().all(scatters)
+    }
+
+    /// What the path carries where it was sampled.
+    pub fn carried(&self, scene: &Scene) -> Colour {
+        self.own(scene).values.iter().zip(self.rests()).map(|(value, rest)| *value * rest).sum()
+    }
+
+    /// f of the path whose first vertex is `y`, seen at `image`, with optical depths linear in the offset.
+    pub(super) fn predicted(&self, scene: &Scene, y: DVec3, image: ImagePoint) -> Progress {
+        let offset = y - self.first().x;
+        let mut progress = Progress::at_first(scene, y, self.first().place, image, self.first().depth.after(offset));
+        for i in 0..self.length {
+            if let Some((link, _)) = &self.run[i].light {
+                if let Some(aim) = progress.aim(scene, self, i, link) {
+                    progress.reach_light(i, &aim, link.depth.after(offset));
+                }
+            }
+            if let Some(onwards) = self.onwards.as_ref().filter(|onwards| onwards.from == i) {
+                if let Some(aim) = progress.aim(scene, self, i, &onwards.link) {
+                    progress.go_onwards(onwards, &aim, onwards.link.depth.after(offset));
+                }
+            }
+            if let Some(next) = self.run().get(i + 1) {
+                progress.step(scene, self, i + 1, next.place, next.depth.after(offset));
+            }
+        }
+        progress
+    }
+}
+
+/// A shifted path while its factors are multiplied, vertex by vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Progress {
+    pub y: DVec3,
+    pub image: ImagePoint,
+    /// The vertex of the run that is reached, and what scatters there.
+    reached: usize,
+    pub place: Place,
+    /// A_i there.
+    pub a: Colour,
+    /// A·L·w of the groups.
+    pub values: Groups,
+}
+
+/// The direction of a link from a shifted vertex, and A f_p G of it, without Tr.
+pub(super) struct Aim {
+    pub direction: DVec3,
+    pub distance: f64,
+    geometry: Colour,
+}
+
+impl Progress {
+    /// At y_1.
+    pub fn at_first(scene: &Scene, y: DVec3, place: Place, image: ImagePoint, optical_depth: Colour) -> Self {
+        let measure = if place.is_surface() { 1.0 } else { volume_to_image(&scene.camera, &image) };
+        let a = place.scattering_coefficient(scene, y) * transmittance(optical_depth) * measure;
+        Self { y, image, reached: 0, place, a, values: [Colour::ZERO; GROUPS] }
+    }
+
+    /// The position of the run's vertex `i`.
+    pub fn vertex(&self, path: &Shiftable, i: usize) -> DVec3 {
+        if i == 0 { self.y } else { path.run[i].x + (self.y - path.run[0].x) }
+    }
+
+    fn to_previous(&self, path: &Shiftable, i: usize) -> DVec3 {
+        if i == 0 { -self.image.ray.direction } else { path.run[i].to_previous }
+    }
+
+    /// Whether light gets from vertex `i` to the camera.
+    pub fn carries(&self, i: usize) -> bool {
+        self.reached == i && self.a.max_element() > 0.0
+    }
+
+    /// Looks along a link from vertex `i`; None if nothing can go along it.
+    pub fn aim(&self, scene: &Scene, path: &Shiftable, i: usize, link: &Link) -> Option<Aim> {
+        if !self.carries(i) {
+            return None;
+        }
+        let (direction, distance) = link.next.seen_from(self.vertex(path, i));
+        let scattering = self.place.scattering(scene, self.to_previous(path, i), direction);
+        let geometry = self.a * scattering * link.next.geometry(direction, distance);
+        (geometry.max_element() > 0.0).then_some(Aim { direction, distance, geometry })
+    }
+
+    /// A next-event estimate from vertex `i` arrives.
+    pub fn reach_light(&mut self, i: usize, aim: &Aim, optical_depth: Colour) {
+        self.values[i] = aim.geometry * transmittance(optical_depth);
+    }
+
+    /// The link onwards arrives.
+    pub fn go_onwards(&mut self, onwards: &Onwards, aim: &Aim, optical_depth: Colour) {
+        let value = aim.geometry * transmittance(optical_depth);
+        self.values[PLAIN] = value;
+        for (group, (to_other, _)) in self.values[WINGS..].iter_mut().zip(onwards.wings()) {
+            *group = value * onwards.phase.eval(-aim.direction.dot(*to_other));
+        }
+    }
+
+    /// From the run's vertex before `i` to that one.
+    pub fn step(&mut self, scene: &Scene, path: &Shiftable, i: usize, place: Place, optical_depth: Colour) {
+        let scattering = self.place.scattering(scene, self.to_previous(path, i - 1), -path.run[i].to_previous);
+        let sigma_s = place.scattering_coefficient(scene, self.vertex(path, i));
+        self.a *= scattering * sigma_s * transmittance(optical_depth);
+        (self.reached, self.place) = (i, place);
+    }
+}
