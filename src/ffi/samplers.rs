@@ -118,8 +118,8 @@ pub unsafe extern "C" fn volgrad_path_sampler_options_default(
     finish(unsafe { write_sized(options, struct_size, DEFAULTS) }.map_err(Into::into))
 }
 
-/// Traces one path through each of `pixel_count` pixels from `first_pixel` on (numbered row by row within the camera's crop) for pass
-/// number `pass`, and adds its splats, shifted ones included, to `film`, which has the camera's size.
+/// Traces one path through each of `pixel_count` pixels from `first_pixel` on for pass number `pass` (numbered row by row within the
+/// camera's crop; with `VOLGRAD_KERNEL_TILE` tile by tile, so that ranges of many pixels share more), and adds its splats, shifted ones included, to `film`, which has the camera's size.
 ///
 /// What a pass adds depends on (scene, options, pass, pixels) only. The image is `volgrad_film_develop` with scale 1/passes, once every
 /// pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.
@@ -152,7 +152,7 @@ pub unsafe extern "C" fn volgrad_path_sampler_run(
         let end = end.ok_or(VOLGRAD_ERROR_RANGE.at(c"first_pixel, pixel_count", 0))?;
         let tracer = PathTracer { scene, queries: &queries, options };
         let mut done = Stats::default();
-        let result = (first_pixel..end).try_for_each(|pixel| tracer.sample_pixel(pass, pixel, &mut film, &mut done));
+        let result = tracer.sample_pixels(pass, first_pixel..end, &mut film, &mut done);
         if !stats.is_null() {
             unsafe { add_stats(stats, counted, &done) }?;
         }

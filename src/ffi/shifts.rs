@@ -11,7 +11,7 @@ use crate::math::{Colour, DVec2, Rgb, floor};
 use crate::path::Path;
 use crate::sampler::{shift_numbers, tile_numbers};
 use crate::scene::Scene;
-use crate::shift::{Draw, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius, from_path, shift};
+use crate::shift::{Draw, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius, Tile, Tiling, from_path, shift};
 use core::ffi::CStr;
 
 /// No batch: every path stays as it is.
@@ -195,10 +195,11 @@ pub unsafe extern "C" fn volgrad_shift_path(
         };
         match (options, shiftable) {
             (Some(options), Some(shiftable)) => {
-                let asks = options.mode.has_queries();
+                let asks = options.mode.has_queries() || options.has_views();
                 let queries = if asks { unsafe { HostQueries::read(queries) }? } else { HostQueries::UNUSED };
                 let draw = Draw { tiles: tile_numbers(seed, 0), random: shift_numbers(seed, index, 0) };
-                shift(scene, &queries, &options, &shiftable, draw, |pixel, value| batch.add(pixel, value))?;
+                let tile = tile(scene, &queries, &options, draw.tiles, shiftable.image.pixel)?;
+                shift(scene, &queries, &options, &shiftable, tile.as_ref(), draw, |pixel, value| batch.add(pixel, value))?;
             }
             _ => batch.add(first_pixel(scene, &path)?, weight.wide()),
         }
@@ -210,6 +211,22 @@ pub unsafe extern "C" fn volgrad_shift_path(
         write(batch.count as u32);
         Ok(())
     })())
+}
+
+/// The tile of an image point, if the batch needs its camera rays.
+fn tile(
+    scene: &Scene,
+    queries: &HostQueries,
+    options: &Options,
+    numbers: [u32; 2],
+    pixel: DVec2,
+) -> Result<Option<Tile>, Fault> {
+    if !options.has_views() {
+        return Ok(None);
+    }
+    let tiling = Tiling::new(&scene.camera, options.tile_side(), numbers);
+    let bounds = tiling.tile(pixel.x as u32, pixel.y as u32);
+    Ok(Some(Tile::trace(scene, queries, bounds, pixel)?))
 }
 
 /// Where the camera sees the path.

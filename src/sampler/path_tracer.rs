@@ -7,11 +7,10 @@ use super::primary::{PrimarySample, RandomNumbers, Slot, VertexNumbers, number, 
 use super::record::{Arrival, Record};
 use crate::film::Film;
 use crate::math::{Colour, DVec2, DVec3, absorptance, mean, transmittance};
-use crate::medium::{Flight, Line, NONE, Segment, optical_depth, sample_distance};
-use crate::scene::{
-    Bsdf, CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, surface_epsilon,
-};
-use crate::shift::{self, Draw, Next, Place, volume_to_image};
+use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
+use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, View, surface_epsilon};
+use crate::shift::{self, BatchStats, Bounds, Draw, Next, Place, Tile, Tiling, volume_to_image};
+use core::ops::Range;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -53,36 +52,65 @@ const MAX_SURVIVAL: f64 = 0.95;
 const LONGEST_SURE_PATH: u32 = 1 << 16;
 
 impl<Q: Queries> PathTracer<'_, Q> {
-    /// One path through pixel number `pixel` of the camera's crop (row by row), with all its splats.
-    pub fn sample_pixel(&self, pass: u64, pixel: u32, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
-        let [x0, y0, x1, y1] = self.scene.camera.crop;
-        let width = (x1 - x0).max(1);
-        let corner = DVec2::new(f64::from(x0 + pixel % width), f64::from(y0 + pixel / width));
-        let mut numbers = RandomNumbers::for_path(self.options.seed, pass, pixel);
-        let (position, record) = self.trace(corner, &mut numbers, stats)?;
-        let plain = record.plain;
-        if let (Some(options), Some(shiftable)) = (&self.options.shift, record.finish()) {
-            let options = options.after(pass as f64 * f64::from(width) * f64::from(y1 - y0));
-            let (seed, random) = (self.options.seed, shift_numbers(self.options.seed, pass, pixel));
-            let draw = Draw { tiles: tile_numbers(seed, pass), random };
-            let batch = shift::shift(self.scene, self.queries, &options, &shiftable, draw, |p, c| film.add(p, c))?;
-            stats.shifted_paths += 1;
-            stats.shifts += batch.shifts;
-            stats.stays += batch.stays;
-            stats.rays += batch.rays;
-            stats.occlusion_rays += batch.occlusion_rays;
-            stats.overflows += batch.overflows;
+    /// One path through each of `pixels` of the camera's crop, with all its splats. Pixels are numbered row by row; with tiles, tile by
+    /// tile.
+    pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        let camera = &self.scene.camera;
+        let [x0, y0, x1, y1] = camera.crop;
+        let (seed, width) = (self.options.seed, (x1 - x0).max(1));
+        let samples = pass as f64 * f64::from(width) * f64::from(y1 - y0);
+        let shift = self.options.shift.map(|options| options.after(samples));
+        let tiling = shift.filter(shift::Options::has_views).map(|options| {
+            let numbers = tile_numbers(seed, pass);
+            Tiling::new(camera, options.tile_side(), numbers)
+        });
+        let mut tile: Option<(Bounds, Tile)> = None;
+        for index in pixels {
+            let (x, y) = tiling.map_or((x0 + index % width, y0 + index / width), |tiling| tiling.pixel(index));
+            let pixel = (y - y0) * width + x - x0;
+            let mut numbers = RandomNumbers::for_path(seed, pass, pixel);
+            let place = DVec2::new(x.into(), y.into()) + pair(&numbers.vertex(0), Slot::DirectionU, Slot::DirectionV);
+            if let Some(bounds) = tiling.map(|tiling| tiling.tile(x, y)) {
+                if tile.as_ref().is_none_or(|(known, _)| *known != bounds) {
+                    let traced = Tile::trace(self.scene, self.queries, bounds, place)?;
+                    stats.rays += traced.views().len() as u64;
+                    tile = Some((bounds, traced));
+                }
+            }
+            let tile = tile.as_ref().map(|(_, tile)| tile);
+            let record = self.trace(self.view(tile, place, stats)?, &mut numbers, stats)?;
+            let plain = record.plain;
+            if let (Some(options), Some(shiftable)) = (&shift, record.finish()) {
+                let draw = Draw { tiles: tile_numbers(seed, pass), random: shift_numbers(seed, pass, pixel) };
+                let batch = shift::shift(self.scene, self.queries, options, &shiftable, tile, draw, |p, c| film.add(p, c))?;
+                stats.add_batch(&batch);
+            }
+            // All of a path or nothing: a callback can stop the shifts, but only before their first splat.
+            film.add(place, plain);
+            stats.paths += 1;
         }
-        // All of a path or nothing: a callback can stop the shifts, but only before their first splat.
-        film.add(position, plain);
-        stats.paths += 1;
         Ok(())
     }
 
-    /// A whole path from a pixel's corner and primary sample numbers: its place on the image and its contributions.
-    pub fn trace(&self, corner: DVec2, numbers: &mut impl PrimarySample, stats: &mut Stats) -> Result<(DVec2, Record), Stop> {
-        let pixel = corner + pair(&numbers.vertex(0), Slot::DirectionU, Slot::DirectionV);
-        let mut walk = Walk::from_camera(self, pixel, stats);
+    /// What the camera sees at an image point.
+    fn view(&self, tile: Option<&Tile>, pixel: DVec2, stats: &mut Stats) -> Result<View, Stop> {
+        if let Some(view) = tile.and_then(|tile| tile.view(pixel)) {
+            return Ok(*view);
+        }
+        let mut view = [View::through(self.scene, pixel)];
+        View::trace(&mut view, self.scene, self.queries)?;
+        stats.rays += 1;
+        let [view] = view;
+        Ok(view)
+    }
+
+    /// The whole path that begins with `view`, from primary sample numbers.
+    pub fn trace(&self, view: View, numbers: &mut impl PrimarySample, stats: &mut Stats) -> Result<Record, Stop> {
+        if view.hit.kind == HIT_OVERFLOW {
+            stats.overflows += 1;
+            return Ok(Record::new(None));
+        }
+        let mut walk = Walk::from_camera(self, view, stats);
         for depth in 1..=self.options.max_depth {
             let numbers = numbers.vertex(depth);
             let Some(vertex) = walk.advance(depth, &numbers)? else { break };
@@ -90,7 +118,18 @@ impl<Q: Queries> PathTracer<'_, Q> {
                 break;
             }
         }
-        Ok((pixel, walk.record))
+        Ok(walk.record)
+    }
+}
+
+impl Stats {
+    fn add_batch(&mut self, batch: &BatchStats) {
+        self.shifted_paths += 1;
+        self.shifts += batch.shifts;
+        self.stays += batch.stays;
+        self.rays += batch.rays;
+        self.occlusion_rays += batch.occlusion_rays;
+        self.overflows += batch.overflows;
     }
 }
 
@@ -110,9 +149,8 @@ struct Walk<'a, Q> {
     options: &'a Options,
     stats: &'a mut Stats,
     record: Record,
-    /// Where on the image the path begins.
-    pixel: DVec2,
-    camera_ray: CameraRay,
+    /// Its first ray.
+    view: View,
     origin: DVec3,
     direction: DVec3,
     /// Where the ray begins: at the near plane for the first one.
@@ -135,20 +173,18 @@ struct Vertex<'a> {
 }
 
 impl<'a, Q: Queries> Walk<'a, Q> {
-    fn from_camera(tracer: &'a PathTracer<'a, Q>, pixel: DVec2, stats: &'a mut Stats) -> Self {
+    fn from_camera(tracer: &'a PathTracer<'a, Q>, view: View, stats: &'a mut Stats) -> Self {
         let camera = &tracer.scene.camera;
-        let ray = camera.ray(pixel);
         Self {
             scene: tracer.scene,
             queries: tracer.queries,
             options: &tracer.options,
             stats,
             record: Record::new(tracer.options.shift.as_ref()),
-            pixel,
-            camera_ray: ray,
+            view,
             origin: camera.position,
-            direction: ray.direction,
-            start: ray.start,
+            direction: view.ray.direction,
+            start: view.ray.start,
             t_min: 0.0,
             medium: camera.medium,
             throughput: Colour::ONE,
@@ -159,11 +195,12 @@ impl<'a, Q: Queries> Walk<'a, Q> {
 
     /// Goes along the current ray to the next vertex, and records what light it meets. None: the path ends.
     fn advance(&mut self, depth: u32, numbers: &VertexNumbers) -> Result<Option<Vertex<'a>>, Stop> {
-        let Some(hit) = self.intersect()? else { return Ok(None) };
+        let found = if depth == 1 { Some(self.view.hit) } else { self.intersect()? };
+        let Some(hit) = found else { return Ok(None) };
         let on_surface = hit.kind == HIT_SURFACE;
         let length = if on_surface { self.start + f64::from(hit.t) } else { f64::INFINITY };
         let line = self.line(length, hit.media());
-        let share = if depth == 1 { self.look(&hit, &line) } else { 1.0 };
+        let share = if depth == 1 { self.look(&hit) } else { 1.0 };
         match sample_distance(&line, share * number(numbers, Slot::Distance)) {
             Flight::Collision { t, medium, optical_depth, pdf } => {
                 Ok(self.collide(depth, hit, t, medium, optical_depth, pdf / share))
@@ -176,7 +213,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
 
     /// What the camera sees directly along its first edge counts at its expected value, Tr·Le. Returns the share of the distance
     /// numbers that lead on: where nothing scatters at the edge's end, only those that make a collision.
-    fn look(&mut self, hit: &Hit, line: &Line) -> f64 {
+    fn look(&mut self, hit: &Hit) -> f64 {
         let (light, bsdf) = match hit.kind {
             HIT_SURFACE => {
                 let front = hit.unit_normal().dot(self.direction) < 0.0;
@@ -188,7 +225,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         if light.is_none() && !dark_end {
             return 1.0;
         }
-        let optical_depth = optical_depth(line);
+        let optical_depth = self.view.whole_depth(self.scene);
         if let Some(light) = light {
             self.record.emitted(transmittance(optical_depth), light.emission());
         }
@@ -242,7 +279,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             phase: Some(medium.phase),
         };
         if depth == 1 {
-            let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: t };
+            let image = ImagePoint { pixel: self.view.pixel, ray: self.view.ray, distance: t };
             let density = volume_to_image(&self.scene.camera, &image) * pdf;
             self.record.first(image, density, &arrival);
         } else {
@@ -271,7 +308,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         if depth > 1 {
             self.record.later(&arrival);
         } else {
-            let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: length };
+            let image = ImagePoint { pixel: self.view.pixel, ray: self.view.ray, distance: length };
             self.record.first(image, probability, &arrival);
         }
         let Some(bsdf) = bsdf else {

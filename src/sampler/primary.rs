@@ -94,7 +94,7 @@ pub fn tile_numbers(seed: u64, pass: u64) -> [u32; 2] {
 
 /// A generator whose state mixes seed, pass, pixel and purpose, on an increment of its own per pixel and purpose.
 fn stream(seed: u64, pass: u64, pixel: u32, purpose: u64) -> Pcg32 {
-    let address = u64::from(pixel) << 2 | purpose;
+    let address = u64::from(pixel) << 3 | purpose;
     let mut key = [0; 16];
     let (state, increment) = key.split_at_mut(8);
     state.copy_from_slice(&mix(mix(mix(seed) ^ pass) ^ address).to_le_bytes());

@@ -1,6 +1,8 @@
 //! The pinhole camera: from image points to directions, back, and its importance.
 
+use super::{Ray, Scene};
 use crate::math::{DVec2, DVec3};
+use crate::medium::{Line, Segment};
 
 /// A pinhole camera. `right`, `up`, `forward` are orthonormal; pixel x grows along `right`, pixel y against `up`.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +38,21 @@ pub struct ImagePoint {
     pub pixel: DVec2,
     pub ray: CameraRay,
     pub distance: f64,
+}
+
+impl CameraRay {
+    /// The same ray for the host, from the near plane on and `length` from the camera's position.
+    pub fn free(&self, camera: &Camera, length: f64) -> Ray {
+        let start = camera.position + self.start * self.direction;
+        Ray::free(start, self.direction, length - self.start, camera.medium)
+    }
+
+    /// The edge along it, `length` from the camera's position; `segments` start at the near plane.
+    pub fn line<'s>(&self, scene: &'s Scene<'s>, length: f64, segments: &'s [Segment]) -> Line<'s> {
+        let camera = &scene.camera;
+        let line = Line::new(scene.media, camera.position, self.direction, length, segments);
+        Line { start: self.start, start_normal: camera.forward, segments_start: self.start, ..line }
+    }
 }
 
 impl Camera {

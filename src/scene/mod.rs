@@ -4,11 +4,13 @@ mod bsdf;
 mod camera;
 mod light;
 mod query;
+mod view;
 
 pub use bsdf::{Bsdf, BsdfSample};
 pub use camera::{Camera, CameraRay, ImagePoint};
 pub use light::{Light, LightSample, Lights};
 pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
+pub use view::View;
 
 use crate::medium::Medium;
 

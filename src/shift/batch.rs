@@ -4,8 +4,9 @@
 
 use super::evaluate::Evaluation;
 use super::gradient::group_gradients;
-use super::place::{Draw, Member, Members, place};
+use super::place::{Draw, Member, Members, place, place_on_rays};
 use super::run::Shiftable;
+use super::tile::Tile;
 use super::weight::Weighing;
 use super::{Mode, Options};
 use crate::math::{Colour, DVec2};
@@ -23,12 +24,13 @@ pub struct BatchStats {
 }
 
 /// Splats the path and its shifted copies: `splat(pixel, rgb)` is called `options.count` + 1 times at most. The colours' expected
-/// sum is the path's own.
+/// sum is the path's own. `tile` has the camera rays if [`Options::has_views`].
 pub fn shift<Q: Queries>(
     scene: &Scene,
     queries: &Q,
     options: &Options,
     path: &Shiftable,
+    tile: Option<&Tile>,
     mut draw: Draw<impl FnMut() -> f64>,
     mut splat: impl FnMut(DVec2, Colour),
 ) -> Result<BatchStats, Stop> {
@@ -37,7 +39,10 @@ pub fn shift<Q: Queries>(
         return Ok(BatchStats::default());
     }
     let mut members = Members::default();
-    let members = place(&scene.camera, options, path, &mut draw, &mut members);
+    let members = match tile {
+        Some(tile) => place_on_rays(scene, path, tile, &mut members),
+        None => place(&scene.camera, options, path, &mut draw, &mut members),
+    };
     let mut weighing = Weighing::new(scene, path, members.len());
     let mut evaluation = Evaluation::new(scene, queries, path);
     match options.mode {

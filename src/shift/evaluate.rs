@@ -6,7 +6,7 @@ use super::place::Member;
 use super::run::{Aim, Place, Progress, Shiftable};
 use crate::math::{Colour, DVec3};
 use crate::medium::{Line, optical_depth};
-use crate::scene::{Bsdf, Camera, HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::scene::{Bsdf, HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
 
 /// Rays per query.
 const CHUNK: usize = 8;
@@ -31,7 +31,11 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
 
     fn evaluate(&mut self, chunk: &mut [Member]) -> Result<(), Stop> {
         let path = self.path;
-        if path.first().place.is_surface() { self.see_surfaces(chunk)? } else { self.see(chunk)? }
+        if path.first().place.is_surface() {
+            self.see_surfaces(chunk)?
+        } else {
+            self.see(chunk)?
+        }
         for (i, vertex) in path.run().iter().enumerate() {
             if let Some((link, _)) = &vertex.light {
                 self.connect(chunk, i, link, |value, aim, depth| value.reach_light(i, aim, depth))?;
@@ -46,31 +50,31 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
         Ok(())
     }
 
-    /// The members that the camera sees in a medium.
+    /// The members that the camera sees in a medium, but for those that are known.
     fn see(&mut self, chunk: &mut [Member]) -> Result<(), Stop> {
         let camera = &self.scene.camera;
         self.ask(
             chunk,
             Q::occluded,
             HIT_NONE,
-            |member| camera_ray(camera, &member.image?, false),
+            |member| Some(unseen(member)?.ray.free(camera, member.image?.distance)),
             |scene, member, hit| {
                 let (Some(image), Some(last)) = (member.image, hit.media().last()) else { return };
-                let line = camera_line(scene, &image, hit);
+                let line = image.ray.line(scene, image.distance, hit.media());
                 let place = Place::Medium(last.medium);
                 member.value = Some(Progress::at_first(scene, member.y, place, image, optical_depth(&line)));
             },
         )
     }
 
-    /// The members whose image point shows a surface that is not specular.
+    /// The members whose image point shows a surface that is not specular, but for those that are known.
     fn see_surfaces(&mut self, chunk: &mut [Member]) -> Result<(), Stop> {
         let camera = &self.scene.camera;
         self.ask(
             chunk,
             Q::intersect,
             HIT_SURFACE,
-            |member| camera_ray(camera, &member.image?, true),
+            |member| Some(unseen(member)?.ray.free(camera, f64::INFINITY)),
             |scene, member, hit| {
                 let bsdf = scene.materials.get(hit.material as usize);
                 let Some(image) = &mut member.image else { return };
@@ -79,7 +83,7 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
                 }
                 image.distance = image.ray.start + f64::from(hit.t);
                 member.y = camera.position + image.distance * image.ray.direction;
-                let line = camera_line(scene, image, hit);
+                let line = image.ray.line(scene, image.distance, hit.media());
                 let place = Place::surface(hit);
                 member.value = Some(Progress::at_first(scene, member.y, place, *image, optical_depth(&line)));
             },
@@ -174,18 +178,9 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
     }
 }
 
-/// From the near plane to the image point's world point, or as far as it goes.
-fn camera_ray(camera: &Camera, image: &ImagePoint, endless: bool) -> Option<Ray> {
-    let start = camera.position + image.ray.start * image.ray.direction;
-    let length = if endless { f64::INFINITY } else { image.distance - image.ray.start };
-    Some(Ray::free(start, image.ray.direction, length, camera.medium))
-}
-
-/// The edge from the camera to an image point's world point, whose media `hit` knows from the near plane on.
-fn camera_line<'s>(scene: &'s Scene, image: &ImagePoint, hit: &'s Hit) -> Line<'s> {
-    let (camera, start) = (&scene.camera, image.ray.start);
-    let line = Line::new(scene.media, camera.position, image.ray.direction, image.distance, hit.media());
-    Line { start, start_normal: camera.forward, segments_start: start, ..line }
+/// A member's place on the image, unless what is there is known.
+fn unseen(member: &Member) -> Option<ImagePoint> {
+    member.image.filter(|_| member.value.is_none())
 }
 
 /// From the run's vertex `i`.

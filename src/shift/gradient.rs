@@ -61,7 +61,12 @@ pub(super) fn group_gradients(camera: &Camera, scene: &Scene, path: &Shiftable, 
         if i == 0 {
             // Inside the run directions stay: only the one to the camera turns.
             if let Some(next) = path.run().get(1) {
-                a = a.plus(apex(scene, vertex, (-path.image.ray.direction, path.image.distance), (-next.to_previous, f64::INFINITY)));
+                a = a.plus(apex(
+                    scene,
+                    vertex,
+                    (-path.image.ray.direction, path.image.distance),
+                    (-next.to_previous, f64::INFINITY),
+                ));
             }
         }
     }
@@ -77,8 +82,7 @@ fn scattering(scene: &Scene, vertex: &RunVertex) -> DVec3 {
 /// ∇log of f_p G of a link from the run's vertex `i`.
 fn link_gradient(camera: &Camera, scene: &Scene, path: &Shiftable, i: usize, link: &Link) -> DVec3 {
     let Some(vertex) = path.run().get(i) else { return DVec3::ZERO };
-    let previous =
-        if i == 0 { (-path.image.ray.direction, path.image.distance) } else { (vertex.to_previous, f64::INFINITY) };
+    let previous = if i == 0 { (-path.image.ray.direction, path.image.distance) } else { (vertex.to_previous, f64::INFINITY) };
     let geometry = Seen::from(camera, vertex.x, link.next.neighbour()).geometry_gradient();
     geometry + apex(scene, vertex, previous, link.next.seen_from(vertex.x))
 }

@@ -34,6 +34,11 @@ impl Mode {
         matches!(self, Self::Exact | Self::TwoLevel | Self::Exchangeable)
     }
 
+    /// Whether weights are evaluated at y, beginning with what the camera sees there.
+    pub fn evaluates(self) -> bool {
+        !matches!(self, Self::FirstOrder | Self::HalfOrder | Self::LogLinear)
+    }
+
     /// Whether weights need the derivatives of optical depths.
     pub fn has_derivatives(self) -> bool {
         !matches!(self, Self::Exact | Self::Exchangeable)
@@ -113,7 +118,12 @@ impl Options {
     /// Whether paths that begin on a surface are shifted: they move with their image point, and have no gradient.
     pub fn moves_surfaces(&self) -> bool {
         let on_image = matches!(self.kernel, Kernel::Tile | Kernel::Disk(Radius::Pixels(_)));
-        on_image && !matches!(self.mode, Mode::FirstOrder | Mode::HalfOrder | Mode::LogLinear)
+        on_image && self.mode.evaluates()
+    }
+
+    /// Whether batches need their tile's camera rays.
+    pub fn has_views(&self) -> bool {
+        self.kernel == Kernel::Tile && self.mode.evaluates()
     }
 
     /// Pixels along a tile's side.

@@ -11,6 +11,7 @@ mod kernel;
 mod link;
 mod place;
 mod run;
+mod tile;
 mod weight;
 
 pub use batch::{BatchStats, shift};
@@ -19,3 +20,4 @@ pub use kernel::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius};
 pub use link::{Depth, Link, Next, Onwards};
 pub use place::Draw;
 pub use run::{Place, RunVertex, Shiftable, volume_to_image};
+pub use tile::{Bounds, Tile, Tiling};

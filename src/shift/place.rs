@@ -1,9 +1,11 @@
 //! Where the members of a batch are.
 
 use super::kernel::{Kernel, MAX_SHIFTS, Mode, Options};
-use super::run::{Place, Progress, Shiftable};
-use crate::math::{DVec2, DVec3, floor};
-use crate::scene::{Camera, ImagePoint, Scene};
+use super::run::{Place, Progress, Shiftable, volume_to_image};
+use super::tile::{Tile, Tiling, collision_probability};
+use crate::math::{Colour, DVec3, absorptance, mean, transmittance};
+use crate::medium::{Flight, sample_distance};
+use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
 
 /// What chance has to say about a batch.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +34,10 @@ impl Member {
     pub fn predict(&mut self, scene: &Scene, path: &Shiftable) {
         let Some(image) = &mut self.image else { return };
         let first = path.first();
+        if let Some(value) = &mut self.value {
+            path.predict_links(scene, value);
+            return;
+        }
         if let Place::Surface { normal, .. } = first.place {
             let origin = scene.camera.position;
             let distance = normal.dot(first.x - origin) / normal.dot(image.ray.direction);
@@ -54,6 +60,17 @@ impl Default for Members {
     }
 }
 
+impl Members {
+    fn fill(&mut self, members: impl Iterator<Item = Member>) -> &mut [Member] {
+        let mut count = 0;
+        for (slot, member) in self.0.iter_mut().zip(members) {
+            *slot = member;
+            count += 1;
+        }
+        self.0.get_mut(..count).unwrap_or(&mut [])
+    }
+}
+
 /// Places the members other than the path itself.
 pub(super) fn place<'m>(
     camera: &Camera,
@@ -63,53 +80,81 @@ pub(super) fn place<'m>(
     members: &'m mut Members,
 ) -> &'m mut [Member] {
     let (own, x) = (path.image.pixel, path.first().x);
-    let on_surface = path.first().place.is_surface();
     let random = &mut draw.random;
-    let mut count = 0;
-    let mut add = |y: DVec3, image: Option<ImagePoint>| {
-        if let Some(member) = members.0.get_mut(count) {
-            *member = Member { image, y, value: None };
-            count += 1;
-        }
-    };
     if options.kernel == Kernel::Tile {
+        let tiling = Tiling::new(camera, options.tile_side(), draw.tiles);
         let scale = camera.pixel_size() * camera.depth(x);
-        for offset in tile(camera, options.tile_side(), draw.tiles, own) {
+        members.fill(tiling.others(own).map(|offset| {
             let pixel = own + offset;
             let y = x + scale * (offset.x * camera.right - offset.y * camera.up);
             let distance = (y - camera.position).length();
-            add(y, Some(ImagePoint { pixel, ray: camera.ray(pixel), distance }));
-        }
-    } else if on_surface {
+            Member { image: Some(ImagePoint { pixel, ray: camera.ray(pixel), distance }), y, value: None }
+        }))
+    } else if path.first().place.is_surface() {
         let mut offset = || options.image_offset([random(), random()]);
         let centre = if options.mode == Mode::Exchangeable { own + offset() } else { own };
-        for _ in 0..options.count {
+        members.fill((0..options.count).map(|_| {
             let pixel = centre + offset();
             let image = ImagePoint { pixel, ray: camera.ray(pixel), distance: f64::INFINITY };
-            add(x, Some(image).filter(|_| camera.samples(pixel)));
-        }
+            Member { image: Some(image).filter(|_| camera.samples(pixel)), y: x, value: None }
+        }))
     } else {
         // The kernel is the same at all members: its radius in world units depends on depth alone, which a disk keeps.
         let mut offset = || options.offset(camera, x, [random(), random(), random()]);
         let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };
-        for _ in 0..options.count {
+        members.fill((0..options.count).map(|_| {
             let y = centre + offset();
-            add(y, camera.project(y));
-        }
+            Member { image: camera.project(y), y, value: None }
+        }))
     }
-    members.0.get_mut(..count).unwrap_or(&mut [])
 }
 
-/// The steps from `pixel` to the other sampled pixels of its tile.
-fn tile(camera: &Camera, side: u32, begin: [u32; 2], pixel: DVec2) -> impl Iterator<Item = DVec2> {
-    let [x0, y0, x1, y1] = camera.crop.map(i64::from);
-    let (px, py) = (floor(pixel.x) as i64, floor(pixel.y) as i64);
-    let side = i64::from(side);
-    let corner = |p: i64, begin: u32| p - (p + i64::from(begin) % side) % side;
-    let (left, top) = (corner(px, begin[0]), corner(py, begin[1]));
-    let sampled = move |x: i64, y: i64| x >= x0 && x < x1 && y >= y0 && y < y1 && (x, y) != (px, py);
-    (top..top + side)
-        .flat_map(move |y| (left..left + side).map(move |x| (x, y)))
-        .filter(move |(x, y)| sampled(*x, *y))
-        .map(move |(x, y)| DVec2::new((x - px) as f64, (y - py) as f64))
+/// Places the members on the other rays of the tile, and evaluates f there up to the first vertex.
+///
+/// One on a surface is what the ray meets. One in a medium is where its ray has the same share u of its collisions before it as the
+/// path's own ray: in the measure of u and the image, f dt/du takes the place of f, and a density that changes from ray to ray moves
+/// the vertex instead of changing f.
+pub(super) fn place_on_rays<'m>(scene: &Scene, path: &Shiftable, tile: &Tile, members: &'m mut Members) -> &'m mut [Member] {
+    let first = path.first();
+    let own = tile.view(path.image.pixel);
+    let share = own.map_or(0.0, |view| mean(absorptance(first.depth.at_x)) / collision_probability(view));
+    let sigma_t = scene.medium(first.place.medium()).map_or(Colour::ZERO, |medium| medium.sigma_t(first.x));
+    let density = mean(sigma_t * transmittance(first.depth.at_x)) * volume_to_image(&scene.camera, &path.image);
+    let own_spread = own.map_or(0.0, |view| collision_probability(view) / density);
+    let reached = |view: &View| {
+        if first.place.is_surface() {
+            return on_surface(scene, view);
+        }
+        let (value, spread) = in_medium(scene, view, share)?;
+        Some(value.scaled(spread / own_spread))
+    };
+    let others = tile.views().iter().filter(|view| own.is_none_or(|own| own.pixel != view.pixel));
+    members.fill(others.map(|view| {
+        let value = reached(view);
+        let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: f64::INFINITY };
+        Member { image: Some(value.map_or(image, |value| value.image)), y: value.map_or(first.x, |value| value.y), value }
+    }))
+}
+
+/// The surface that a camera ray meets, unless it is specular.
+fn on_surface(scene: &Scene, view: &View) -> Option<Progress> {
+    let material = scene.materials.get(view.hit.material as usize).filter(|_| view.hit.kind == HIT_SURFACE)?;
+    if material.is_specular() {
+        return None;
+    }
+    let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: view.length() };
+    let y = scene.camera.position + image.distance * view.ray.direction;
+    Some(Progress::at_first(scene, y, Place::surface(&view.hit), image, view.optical_depth?))
+}
+
+/// The vertex in a medium with `share` of the collisions along a camera ray before it, and dV/du there, per area of the image.
+fn in_medium(scene: &Scene, view: &View, share: f64) -> Option<(Progress, f64)> {
+    let probability = collision_probability(view);
+    let line = view.line(scene, view.length());
+    let number = share * probability;
+    let Flight::Collision { t, medium, optical_depth, pdf } = sample_distance(&line, number) else { return None };
+    let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: t };
+    let y = line.origin + t * line.direction;
+    let spread = probability / (pdf * volume_to_image(&scene.camera, &image));
+    Some((Progress::at_first(scene, y, Place::Medium(medium), image, optical_depth), spread)).filter(|_| spread.is_finite())
 }

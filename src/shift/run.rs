@@ -181,8 +181,15 @@ impl Shiftable {
 
     /// f of the path whose first vertex is `y`, seen at `image`, with optical depths linear in the offset.
     pub(super) fn predicted(&self, scene: &Scene, y: DVec3, image: ImagePoint) -> Progress {
-        let offset = y - self.first().x;
-        let mut progress = Progress::at_first(scene, y, self.first().place, image, self.first().depth.after(offset));
+        let depth = self.first().depth.after(y - self.first().x);
+        let mut progress = Progress::at_first(scene, y, self.first().place, image, depth);
+        self.predict_links(scene, &mut progress);
+        progress
+    }
+
+    /// The rest of it, from y_1 on.
+    pub(super) fn predict_links(&self, scene: &Scene, progress: &mut Progress) {
+        let offset = progress.y - self.first().x;
         for i in 0..self.length {
             if let Some((link, _)) = &self.run[i].light {
                 if let Some(aim) = progress.aim(scene, self, i, link) {
@@ -198,7 +205,6 @@ impl Shiftable {
                 progress.step(scene, self, i + 1, next.place, next.depth.after(offset));
             }
         }
-        progress
     }
 }
 
@@ -229,6 +235,11 @@ impl Progress {
         let measure = if place.is_surface() { 1.0 } else { volume_to_image(&scene.camera, &image) };
         let a = place.scattering_coefficient(scene, y) * transmittance(optical_depth) * measure;
         Self { y, image, reached: 0, place, a, values: [Colour::ZERO; GROUPS] }
+    }
+
+    /// With A times `factor`, before any link.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { a: self.a * factor, ..self }
     }
 
     /// The position of the run's vertex `i`.
