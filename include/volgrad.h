@@ -316,28 +316,58 @@ typedef struct volgrad_path_factor {
   double geometry;
 } volgrad_path_factor;
 
-// Gradient of log f with respect to the position of one medium vertex x between p (towards the camera) and n (towards the light),
-// 1/world unit, in world axes. [Lu20 (29)] with the term of sigma_s that is missing there. Per-channel arrays: 0 red, 1 green, 2 blue.
+// Gradient of log f with respect to the position of one medium vertex x, or of a run of consecutive ones that move by the same offset,
+// 1/world unit, in world axes. p is the vertex before (towards the camera), n the one after (towards the light). [Lu20 (29)] with the
+// term of sigma_s that is missing there, and without the factors inside a run that a common offset does not change. Per-channel arrays:
+// 0 red, 1 green, 2 blue.
 typedef struct volgrad_gradient {
   // Gradient of log luminance(f).
   struct volgrad_vec3 luminance;
   // Gradient of log f per channel: the sum of all factors below.
   struct volgrad_vec3 rgb[3];
-  // Scattering coefficient: grad sigma_s / sigma_s.
+  // Scattering coefficient: grad sigma_s / sigma_s, summed over the run.
   struct volgrad_vec3 scattering;
-  // Transmittance of the edges p-x and x-n: -grad tau.
+  // Transmittance, -grad tau: of the edge from p to the run's first vertex, of all edges inside the run (0 for a single vertex), and of
+  // the edge from its last vertex to n. Surfaces at which sigma_t jumps count.
   struct volgrad_vec3 transmittance_previous[3];
+  struct volgrad_vec3 transmittance_inside[3];
   struct volgrad_vec3 transmittance_next[3];
-  // Geometry terms of the edges, with the cosines at p and n (at the camera: that of G).
+  // Geometry terms of the edges to p and n, with the cosines there (at the camera: that of G).
   struct volgrad_vec3 geometry_previous;
   struct volgrad_vec3 geometry_next;
   // The camera's importance, if p is the camera.
   struct volgrad_vec3 importance;
-  // Phase functions at p, x and n; 0 where there is none.
+  // Phase functions at p, at the run's first and last vertex together, and at n; 0 where there is none.
   struct volgrad_vec3 phase_previous;
   struct volgrad_vec3 phase_apex;
   struct volgrad_vec3 phase_next;
 } volgrad_gradient;
+
+// Derivative of log f by the distance that a run of medium vertices beside a specular one moves along `direction`, 1/world unit. The
+// names are those of `volgrad_gradient`, whose components along `direction` these are.
+typedef struct volgrad_derivative {
+  // Unit vector from the run to its specular neighbour: every other move would change the specular chain.
+  struct volgrad_vec3 direction;
+  // Derivative of log luminance(f).
+  float luminance;
+  // Derivative of log f per channel: the sum of all factors below.
+  struct volgrad_rgb rgb;
+  // Scattering coefficients along the run.
+  float scattering;
+  // Transmittance before, inside and after the run: on the specular side +sigma_t, as that edge gets shorter.
+  struct volgrad_rgb transmittance_previous;
+  struct volgrad_rgb transmittance_inside;
+  struct volgrad_rgb transmittance_next;
+  // Geometry terms; 0 on the specular side, where there is none up to the next vertex that is not specular.
+  float geometry_previous;
+  float geometry_next;
+  // The camera's importance, if p is the camera.
+  float importance;
+  // Phase functions at p, at the run's end that is not beside the specular vertex, and at n.
+  float phase_previous;
+  float phase_apex;
+  float phase_next;
+} volgrad_derivative;
 
 // How a batch of shifted paths is made.
 typedef struct volgrad_shift_options {
@@ -649,10 +679,9 @@ volgrad_status volgrad_phase_invert(const struct volgrad_phase *phase,
 volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const struct volgrad_path *path, struct volgrad_error *error);
 
 // The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
-// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
-volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene,
-                                         const struct volgrad_path *path,
-                                         double *rgb);
+// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a
+// double: INFINITY. Checks kinds and indices, nothing else.
+volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene, const struct volgrad_path *path, double *rgb);
 
 // The factors of f, one per vertex; their product is f. `capacity` of `result`: at least the path's vertex_count.
 // Checks kinds and indices, nothing else.
@@ -662,12 +691,38 @@ volgrad_status volgrad_path_factors(const struct volgrad_scene *scene,
                                     uintptr_t capacity);
 
 // The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
-// light's direction stays too). Costs two optical depths with gradients, and f once. Checks kinds and indices, nothing else.
-// `VOLGRAD_ERROR_NOT_MOVABLE`: not in a medium or next to a specular surface; `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+// light's direction stays too): the run of one of `volgrad_path_run_log_gradient`, which names costs and errors.
 volgrad_status volgrad_path_log_gradient(const struct volgrad_scene *scene,
                                          const struct volgrad_path *path,
                                          uint32_t vertex,
                                          struct volgrad_gradient *result);
+
+// The gradient of log f when `count` consecutive medium vertices, from number `first` on, move by the same offset and the others stay:
+// the sum of the gradients of each, without what cancels: distances and angles inside the run stay, and with them its geometry terms and
+// phase functions. [Lu20 (29)], for each vertex of the run.
+// Costs the optical depths with gradients of `count` + 1 edges, and f once. Checks kinds and indices, nothing else.
+// `VOLGRAD_ERROR_INDEX`: the run is empty or goes beyond the path; `VOLGRAD_ERROR_NOT_MOVABLE`: one of its vertices is not in a medium, or
+// a neighbour of the run is specular (`volgrad_path_run_log_derivative` is for that); `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+volgrad_status volgrad_path_run_log_gradient(const struct volgrad_scene *scene,
+                                             const struct volgrad_path *path,
+                                             uint32_t first,
+                                             uint32_t count,
+                                             struct volgrad_gradient *result);
+
+// The derivative of log f when `count` consecutive medium vertices, from number `first` on, move by delta times `direction`, the unit
+// vector towards the specular vertex next to the run (one after it or before it, not both), short of reaching it. The specular chain
+// stays as it is. f is in (direction, distance) measure along that chain, as `volgrad_path_contribution` gives it: shifts of delta keep
+// that measure, so that f(moved)/f(here) is the weight of a shift. Replaces the gradient of the specular edge's geometry term of [Lu20,
+// section 5.1]: that edge has none. Costs the optical depths with gradients of `count` edges, and f once. Checks kinds and indices,
+// nothing else.
+// `VOLGRAD_ERROR_INDEX`: the run is empty or goes beyond the path; `VOLGRAD_ERROR_NOT_MOVABLE`: one of its vertices is not in a medium,
+// both neighbours of the run are specular, or neither (it moves freely then: `volgrad_path_run_log_gradient`);
+// `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+volgrad_status volgrad_path_run_log_derivative(const struct volgrad_scene *scene,
+                                               const struct volgrad_path *path,
+                                               uint32_t first,
+                                               uint32_t count,
+                                               struct volgrad_derivative *result);
 
 // Fills options with their defaults: no depth limit, roulette from vertex 5 on, no shifts. `struct_size`: `sizeof *options` of the caller.
 volgrad_status volgrad_path_sampler_options_default(struct volgrad_path_sampler_options *options, uintptr_t struct_size);

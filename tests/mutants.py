@@ -186,6 +186,36 @@ MUTANTS = [
         "const SHIFT: u64 = 0;",
         "unbiased exact_disk_under_a_point_light",
     ),
+    # Gradients.
+    Mutant(
+        "runs: the transmittance inside is that of an edge with one end that moves",
+        "src/path/gradient/run.rs",
+        "let gradient = moments(&path.edge(scene, i)?).gradient;",
+        "let line = path.edge(scene, i)?;\n"
+        "            let gradient = moments(&line).far_gradient(line.direction, line.length);",
+        "gradients runs",
+    ),
+    Mutant(
+        "runs: sigma_s counts at the first vertex only",
+        "src/path/gradient/run.rs",
+        "for i in self.first..=self.last {",
+        "for i in self.first..=self.first {",
+        "gradients runs",
+    ),
+    Mutant(
+        "gradients: the apex has the sign of the wings, as printed",
+        "src/path/gradient/end.rs",
+        "apex: -self.phase",
+        "apex: self.phase",
+        "gradients vertex",
+    ),
+    Mutant(
+        "specular neighbours: the edge keeps its length",
+        "src/path/gradient/run.rs",
+        "sigma_t[c] * outwards)",
+        "0.0 * sigma_t[c] * outwards)",
+        "gradients specular",
+    ),
     # Exactness.
     Mutant(
         "numbers depend on the pixel only",

@@ -89,6 +89,12 @@ impl Density<'_> {
         }
     }
 
+    /// ∇log ρ = ∇log σ_s, away from faces; None where ρ is 0.
+    pub fn log_gradient(&self, x: DVec3) -> Option<DVec3> {
+        let density = self.at(x);
+        (density > 0.0).then(|| self.gradient(x) / density)
+    }
+
     pub fn integral(&self, stretch: &Stretch) -> f64 {
         match self {
             Self::Homogeneous => stretch.end - stretch.start,

@@ -44,7 +44,7 @@ pub fn factors(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathErro
 }
 
 /// Unit vector from vertex i to a neighbour of it.
-fn towards(path: &Path, scene: &Scene, i: usize, neighbour: usize) -> Result<DVec3, PathError> {
+pub(super) fn towards(path: &Path, scene: &Scene, i: usize, neighbour: usize) -> Result<DVec3, PathError> {
     let to = path.position(scene, neighbour)?;
     if path.node(scene, neighbour)?.is_direction() {
         return Ok(to);

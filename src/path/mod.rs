@@ -5,5 +5,8 @@ mod gradient;
 mod vertex;
 
 pub use contribution::{Factors, contribution, factors};
-pub use gradient::{Gradient, LogGradient, Move, Neighbour, Wing, log_gradient, path_log_gradient, wing_log_gradient};
+pub use gradient::{
+    Gradient, LogDerivative, LogGradient, Move, Neighbour, Wing, log_gradient, path_log_gradient, path_run_log_derivative,
+    path_run_log_gradient, wing_log_gradient,
+};
 pub use vertex::{Node, Path, PathError, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};

@@ -53,7 +53,9 @@ pub fn rounded_path(path: &ReferencePath) -> ReferencePath {
             ReferenceVertex::Medium { position, .. } | ReferenceVertex::PointLight { position, .. } => {
                 *position = rounded(*position);
             }
-            ReferenceVertex::Diffuse { position, normal, .. } | ReferenceVertex::AreaLight { position, normal, .. } => {
+            ReferenceVertex::Diffuse { position, normal, .. }
+            | ReferenceVertex::Mirror { position, normal, .. }
+            | ReferenceVertex::AreaLight { position, normal, .. } => {
                 (*position, *normal) = (rounded(*position), rounded(*normal));
             }
             ReferenceVertex::Environment { direction, .. } | ReferenceVertex::Directional { direction, .. } => {
@@ -161,6 +163,14 @@ pub fn gradients(moments: &EdgeMoments, line: &Line) -> [[DVec3; 3]; 2] {
     [moments.near_gradient(line.direction, line.length), moments.far_gradient(line.direction, line.length)]
 }
 
+fn at(kind: u32, position: reference_vector::Vec3) -> Vertex {
+    Vertex { kind, position: single(position), ..Vertex::default() }
+}
+
+fn facing(vertex: Vertex, normal: reference_vector::Vec3) -> Vertex {
+    Vertex { normal: single(normal), shading_normal: single(normal), ..vertex }
+}
+
 /// A path and what its vertices refer to.
 #[derive(Default)]
 struct HostPath {
@@ -185,17 +195,21 @@ impl HostPath {
         host
     }
 
+    fn surface(&mut self, position: reference_vector::Vec3, normal: reference_vector::Vec3, bsdf: Bsdf) -> Vertex {
+        self.materials.push(bsdf);
+        Vertex { index: self.materials.len() as u32 - 1, ..facing(at(VERTEX_SURFACE, position), normal) }
+    }
+
     /// The vertex, after its material or light has been added to the lists.
     fn vertex(&mut self, world: &World, vertex: &ReferenceVertex) -> Vertex {
-        let at = |kind, position| Vertex { kind, position: single(position), ..Vertex::default() };
-        let facing = |vertex: Vertex, normal| Vertex { normal: single(normal), shading_normal: single(normal), ..vertex };
         match *vertex {
             ReferenceVertex::Camera => at(VERTEX_CAMERA, world.camera.position),
             ReferenceVertex::Medium { position, medium } => Vertex { index: medium as u32, ..at(VERTEX_MEDIUM, position) },
             ReferenceVertex::Diffuse { position, normal, albedo } => {
-                self.materials.push(Bsdf::Diffuse { albedo: vec(albedo) });
-                let index = self.materials.len() as u32 - 1;
-                facing(Vertex { index, ..at(VERTEX_SURFACE, position) }, normal)
+                self.surface(position, normal, Bsdf::Diffuse { albedo: vec(albedo) })
+            }
+            ReferenceVertex::Mirror { position, normal, reflectance } => {
+                self.surface(position, normal, Bsdf::Mirror { reflectance: vec(reflectance) })
             }
             ReferenceVertex::AreaLight { position, normal, radiance } => {
                 let (edge_u, edge_v) = orthonormal_basis(vec(normal));

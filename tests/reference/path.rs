@@ -10,6 +10,8 @@ pub enum Vertex {
     Medium { position: Vec3, medium: usize },
     /// A Lambert surface that reflects on the side its unit normal points to, and is black on the other.
     Diffuse { position: Vec3, normal: Vec3, albedo: Rgb },
+    /// A perfect mirror on the side its unit normal points to. It is where its neighbours see each other in it.
+    Mirror { position: Vec3, normal: Vec3, reflectance: Rgb },
     /// Emits constant radiance on the side its unit normal points to.
     AreaLight { position: Vec3, normal: Vec3, radiance: Rgb },
     /// Radiant intensity (power per solid angle), the same in all directions.
@@ -26,6 +28,10 @@ impl Vertex {
         matches!(self, Vertex::Medium { .. })
     }
 
+    pub fn is_specular(&self) -> bool {
+        matches!(self, Vertex::Mirror { .. })
+    }
+
     pub fn is_at_infinity(&self) -> bool {
         matches!(self, Vertex::Environment { .. } | Vertex::Directional { .. })
     }
@@ -36,6 +42,7 @@ impl Vertex {
             Vertex::Camera => world.camera.position,
             Vertex::Medium { position, .. }
             | Vertex::Diffuse { position, .. }
+            | Vertex::Mirror { position, .. }
             | Vertex::AreaLight { position, .. }
             | Vertex::PointLight { position, .. } => position,
             Vertex::Environment { .. } | Vertex::Directional { .. } => {

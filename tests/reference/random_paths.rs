@@ -10,12 +10,16 @@ use super::{
 };
 use rand_pcg::Pcg64;
 
-/// Paths by their vertices: Camera, Medium, Diffuse, then Area light, Point light, Environment or directional Sun.
+/// Paths by their vertices: Camera, Medium, Diffuse, mirror (X), then Area light, Point light, Environment or directional Sun.
 /// Together every kind of vertex is before and after a medium vertex.
 pub const PATTERNS: [&str; 18] = [
     "CMP", "CMA", "CME", "CMS", "CMDP", "CDMA", "CDMP", "CDME", "CDMS", "CMMP", "CMMA", "CMMDE", "CMMMS", "CDMDA", "CMMMMA",
     "CMDMMS", "CDMMMDP", "CMMMMME",
 ];
+
+/// Paths with mirrors (X) before or after a run of medium vertices, or two of them.
+pub const MIRROR_PATTERNS: [&str; 12] =
+    ["CMXP", "CMXA", "CMXE", "CMXMP", "CMMXDA", "CDMMMXXS", "CXMP", "CXMMA", "CXXMDP", "CDXMMME", "CMMXMMXP", "CDMXDMP"];
 
 /// Least distance between neighbouring vertices.
 const SEPARATION: f64 = 0.3;
@@ -43,6 +47,7 @@ fn random_vertex(rng: &mut Pcg64, world: &World, kind: char) -> Vertex {
         'C' => Vertex::Camera,
         'M' => random_medium_vertex(rng, world),
         'D' => Vertex::Diffuse { position, normal, albedo: random_vector(rng, 0.2, 0.9) },
+        'X' => Vertex::Mirror { position, normal, reflectance: [0.7; 3] },
         'A' => Vertex::AreaLight { position, normal, radiance: light },
         'P' => Vertex::PointLight { position, intensity: light },
         'E' => Vertex::Environment { direction: random_direction(rng), radiance: light },
@@ -80,7 +85,8 @@ fn is_well_separated(world: &World, path: &Path) -> bool {
         && (0..path.edge_count()).all(|i| path.edge(world, i).length > SEPARATION)
 }
 
-/// Gives surfaces and lights a normal that all their neighbours are in front of; false if none is found.
+/// Gives surfaces and lights a normal that all their neighbours are in front of, and mirrors the one between their neighbours; false
+/// if none is found.
 fn turn_normals(rng: &mut Pcg64, world: &World, path: &mut Path) -> bool {
     let k = path.edge_count();
     for i in 1..=k {
@@ -95,6 +101,12 @@ fn turn_normals(rng: &mut Pcg64, world: &World, path: &mut Path) -> bool {
                 return false;
             };
             *normal = *found;
+        }
+        if let Vertex::Mirror { normal, .. } = &mut path.vertices[i] {
+            *normal = normalize(add(neighbours[0], neighbours[1]));
+            if dot(*normal, neighbours[0]) < LEAST_COSINE {
+                return false;
+            }
         }
     }
     true

@@ -1,36 +1,28 @@
-//! Contributions and their gradients against the reference: random worlds, random paths, factor by factor and in total.
-//!
-//! The reference has no occluders, and its medium vertices keep away from faces and from the walls between cells, where gradients
-//! jump. What is left between the two are single-precision ends and normals of segments: 4e-7 of f, 7e-8 of Σ|factor gradients|.
+//! One medium vertex: f, each of its factors, and the gradient of each.
 
-mod common;
-mod reference;
-
-use common::{assert_below, host::*, media::sparse_grid};
-use rand_pcg::Pcg64;
-use reference::{
-    contribution::contribution,
-    factors::{FACTOR_NAMES, Factors},
-    gradient::log_gradient,
-    medium::Density,
-    path::{Path as ReferencePath, Vertex},
-    phase::Phase,
-    random::generator,
-    random_paths::{PATTERNS, random_path},
-    scenes::{scenes, sheared},
-    selftest::{Worst, for_each_vertex, neighbour_kinds},
-    vector::*,
-    world::World,
+use super::{
+    CONTRIBUTION_TOLERANCE, GRADIENT_TOLERANCE, SEED,
+    common::{assert_below, host::*, media::sparse_grid},
+    reference::{
+        contribution::contribution,
+        factors::{FACTOR_NAMES, Factors},
+        gradient::log_gradient,
+        medium::Density,
+        path::{Path as ReferencePath, Vertex},
+        phase::Phase,
+        random::generator,
+        random_paths::{MIRROR_PATTERNS, PATTERNS, random_path},
+        scenes::sheared,
+        selftest::{Worst, for_each_path, for_each_vertex, neighbour_kinds},
+        vector::*,
+        world::World,
+    },
+    scene_named, simple_path,
 };
+use rand_pcg::Pcg64;
 use volgrad::math::{Colour, DVec3};
 use volgrad::path::{self, LogGradient, Path, PathErrorKind, path_log_gradient};
 use volgrad::scene::{Bsdf, Light, Lights, Scene};
-
-/// Relative, of f and each factor.
-const CONTRIBUTION_TOLERANCE: f64 = 2e-6;
-/// Relative to Σ|factor gradients|.
-const GRADIENT_TOLERANCE: f64 = 1e-6;
-const SEED: u64 = 11;
 
 /// The largest relative error of a channel.
 fn relative_error(ours: Rgb, expected: Rgb) -> f64 {
@@ -109,14 +101,11 @@ fn every_pair_of_neighbour_kinds_is_tested() {
 #[test]
 fn contributions_agree_factor_by_factor() {
     let mut worst = Worst::default();
-    for_each_vertex(SEED, |scene, phase, pattern, path, i| {
-        // Every path has one first medium vertex.
-        let is_first = (1..i).all(|j| !path.vertices[j].is_medium());
-        if is_first {
-            let (world, path) = (rounded_world(&scene.world), rounded_path(path));
-            let name = format!("{pattern}, {}, {phase:?}", scene.name);
-            note_contribution(&mut worst, &world, &path, Bricks::Built, &name);
-        }
+    let patterns = [PATTERNS.as_slice(), &MIRROR_PATTERNS].concat();
+    for_each_path(SEED, &patterns, |scene, phase, pattern, path| {
+        let (world, path) = (rounded_world(&scene.world), rounded_path(path));
+        let name = format!("{pattern}, {}, {phase:?}", scene.name);
+        note_contribution(&mut worst, &world, &path, Bricks::Built, &name);
     });
     assert_below(&worst, CONTRIBUTION_TOLERANCE);
 }
@@ -157,18 +146,6 @@ fn many_bricks(rng: &mut Pcg64) -> World {
     let mut world = scene_named("sheared grid", phase, rng);
     world.media[0].density = Density::Grid(sparse_grid(rng, [24, 17, 11], sheared(), 0.3));
     world
-}
-
-fn scene_named(name: &str, phase: Phase, rng: &mut Pcg64) -> World {
-    scenes(rng, phase).into_iter().find(|scene| scene.name == name).expect("a scene of that name").world
-}
-
-/// A path through a homogeneous cube.
-fn simple_path(pattern: &str) -> (World, ReferencePath) {
-    let mut rng = generator(SEED);
-    let world = rounded_world(&scene_named("homogeneous cube", Phase::Isotropic, &mut rng));
-    let path = rounded_path(&random_path(&mut rng, &world, pattern));
-    (world, path)
 }
 
 fn gradient_error(scene: &Scene, path: &Path, i: usize) -> Option<PathErrorKind> {

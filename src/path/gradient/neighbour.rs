@@ -1,0 +1,99 @@
+//! The vertices next to those that move: they stay, but G, W_e and f_p depend on how they are seen.
+
+use super::super::contribution::towards;
+use super::super::{Node, Path, PathError, PathErrorKind};
+use crate::math::DVec3;
+use crate::phase::{Phase, cosine_gradient_wing};
+use crate::scene::{Camera, Scene};
+
+/// A neighbour of the moving vertex, as far as the gradient depends on it.
+#[derive(Clone, Copy, Debug)]
+pub enum Neighbour {
+    /// The camera's centre of projection.
+    Camera,
+    /// A point, with its normal if the geometry term has a cosine there.
+    Point { position: DVec3, normal: Option<DVec3> },
+    /// Infinitely far away: this unit direction is kept.
+    Direction(DVec3),
+}
+
+/// A phase function at a neighbour, whose angle changes when the vertex moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Wing {
+    pub phase: Phase,
+    /// Unit vector from the neighbour to its own other neighbour.
+    pub to_other: DVec3,
+}
+
+/// ∇log of the phase function at the neighbour `q` of x, x being one of its wings. [Lu20 (24)]
+pub fn wing_log_gradient(camera: &Camera, x: DVec3, q: Neighbour, wing: &Wing) -> DVec3 {
+    Seen::from(camera, x, q).wing_gradient(wing)
+}
+
+/// A neighbour q seen from x.
+pub struct Seen {
+    /// Unit vector from x to q.
+    pub towards: DVec3,
+    /// Infinite for a direction.
+    pub distance: f64,
+    normal: Option<DVec3>,
+}
+
+impl Seen {
+    pub fn from(camera: &Camera, x: DVec3, neighbour: Neighbour) -> Self {
+        let (position, normal) = match neighbour {
+            Neighbour::Camera => (camera.position, Some(camera.forward)),
+            Neighbour::Point { position, normal } => (position, normal),
+            Neighbour::Direction(towards) => return Self { towards, distance: f64::INFINITY, normal: None },
+        };
+        let distance = (position - x).length();
+        Self { towards: (position - x) / distance, distance, normal }
+    }
+
+    /// ∇log of |cos|/d²: n/(n·v) − v/d² and −2v/d², v = x − q.
+    pub fn geometry_gradient(&self) -> DVec3 {
+        if self.distance.is_infinite() {
+            return DVec3::ZERO;
+        }
+        let inverse_square = 2.0 * self.towards / self.distance;
+        inverse_square + self.normal.map_or(DVec3::ZERO, |n| self.cosine_gradient(n))
+    }
+
+    /// ∇log of the cosine to the normal n at q.
+    pub fn cosine_gradient(&self, n: DVec3) -> DVec3 {
+        let v = -self.towards;
+        (n / n.dot(v) - v) / self.distance
+    }
+
+    /// ∇log f_p at apex q, x being its wing. [Lu20 (24)]
+    pub fn wing_gradient(&self, wing: &Wing) -> DVec3 {
+        let to_x = -self.towards;
+        let c = to_x.dot(wing.to_other);
+        wing.phase.log_derivative(c) * cosine_gradient_wing(to_x, wing.to_other, c, self.distance)
+    }
+}
+
+/// The neighbour `q` of vertex `i`, and the phase function at it if its other neighbour `o` makes it an apex.
+pub fn neighbour(
+    scene: &Scene,
+    path: &Path,
+    i: usize,
+    q: usize,
+    o: Option<usize>,
+) -> Result<(Neighbour, Option<Wing>), PathError> {
+    let vertex = path.vertex(q)?;
+    let position = path.position(scene, q)?;
+    let node = path.node(scene, q)?;
+    match node {
+        Node::Camera(_) => return Ok((Neighbour::Camera, None)),
+        node if node.is_specular() => return Err(PathErrorKind::NotMovable.at(i)),
+        node if node.is_direction() => return Ok((Neighbour::Direction(position), None)),
+        _ => {}
+    }
+    let normal = node.has_cosine().then(|| vertex.normal.wide());
+    let wing = match (node, o) {
+        (Node::Medium(medium), Some(o)) => Some(Wing { phase: medium.phase, to_other: towards(path, scene, q, o)? }),
+        _ => None,
+    };
+    Ok((Neighbour::Point { position, normal }, wing))
+}
