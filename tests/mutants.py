@@ -147,8 +147,8 @@ MUTANTS = [
     Mutant(
         "next-event estimation is weighted 1",
         "src/sampler/next_event.rs",
-        "light.emission() / (aim.pdf + going_on)",
-        "light.emission() / (aim.pdf + 0.0 * going_on)",
+        "light.emission(-direction) / (aim.pdf + going_on)",
+        "light.emission(-direction) / (aim.pdf + 0.0 * going_on)",
         "energy how_often",
     ),
     Mutant(

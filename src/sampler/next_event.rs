@@ -97,7 +97,7 @@ pub fn sample(
     let transmittance = transmittance(optical_depth);
     // The balance heuristic against finding the light by going on: both densities per unit of the light's own measure.
     let going_on = if aim.rival { survival * vertex.pdf(direction) * mean(transmittance) * geometry } else { 0.0 };
-    let emitted = light.emission() / (aim.pdf + going_on);
+    let emitted = light.emission(-direction) / (aim.pdf + going_on);
     Ok(Outcome::Light(NextEvent {
         next: aim.next,
         direction,

@@ -188,7 +188,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         }
         let optical_depth = optical_depth(line);
         if let Some(light) = light {
-            self.record.emitted(transmittance(optical_depth), light.emission());
+            self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
         if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
     }
@@ -301,7 +301,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             };
             if next_event > 0.0 { going_on / (going_on + next_event) } else { 1.0 }
         });
-        self.record.emitted(self.throughput, light.emission() * mis);
+        self.record.emitted(self.throughput, light.emission(-self.direction) * mis);
     }
 
     /// Next-event estimation at a vertex, then a new direction. False: the path ends.

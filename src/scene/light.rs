@@ -51,7 +51,9 @@ pub enum LightSample {
 }
 
 impl Light {
-    pub fn emission(&self) -> Colour {
+    /// Radiance, intensity or irradiance along the unit vector `direction` in which the light travels, away from it. An area light's
+    /// dark side is up to the caller.
+    pub fn emission(&self, _direction: DVec3) -> Colour {
         match *self {
             Self::Parallelogram { radiance, .. }
             | Self::Triangle { radiance, .. }
@@ -60,6 +62,12 @@ impl Light {
             Self::Directional { irradiance, .. } => irradiance,
             Self::Point { intensity, .. } => intensity,
         }
+    }
+
+    /// ∂log emission/∂direction per colour channel, as unconstrained vectors: for a direction ω that ends at a distance d, the gradient
+    /// with respect to that end is (I − ωωᵀ)/d times it. 0 where the emission does not depend on the direction, or is 0.
+    pub fn log_gradient(&self, _direction: DVec3) -> [DVec3; 3] {
+        [DVec3::ZERO; 3]
     }
 
     /// Density of [`Light::sample`] over the surface of an area light, 1/world unit²; 0 for others.
