@@ -295,10 +295,12 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let mis = self.sampled.map_or(1.0, |sampled| {
             let pick = self.scene.lights.probability(index);
             let going_on = sampled.pdf * probability * geometry;
-            let next_event = match light {
-                Light::Environment { .. } => pick * sampled.direction_pdf,
-                light => pick * light.area_pdf(),
-            };
+            let next_event = pick
+                * match light {
+                    Light::Environment { .. } => sampled.direction_pdf,
+                    Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),
+                    light => light.area_pdf(),
+                };
             if next_event > 0.0 { going_on / (going_on + next_event) } else { 1.0 }
         });
         self.record.emitted(self.throughput, light.emission(-self.direction) * mis);
