@@ -106,6 +106,10 @@
 
 #define VOLGRAD_LIGHT_POINT 5
 
+#define VOLGRAD_LIGHT_SPOT 6
+
+#define VOLGRAD_LIGHT_ENVIRONMENT_MAP 7
+
 // The result of every fallible function. On an error all outputs are untouched, unless the function says otherwise.
 enum volgrad_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -551,24 +555,30 @@ typedef struct volgrad_light {
   uint32_t kind;
   // Reserved; 0.
   uint32_t flags;
-  // Area and environment: radiance. Directional: irradiance on a plane across its direction. Point: intensity. Not negative.
+  // Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
+  // its inner cone. Environment map: factor on its image. Not negative.
   struct volgrad_rgb emission;
-  // Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional and point lights,
-  // which nothing else can find. All weights are divided by their sum.
+  // Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
+  // lights, which nothing else can find. All weights are divided by their sum.
   float sampling_weight;
-  // Parallelogram, triangle: a corner. Sphere: centre. Point: position.
+  // Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
   struct volgrad_vec3 position;
   // Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
+  // Environment map: its x and y axes in the world; y is up.
   struct volgrad_vec3 edge_u;
   struct volgrad_vec3 edge_v;
   // Sphere: radius; its normal points outwards.
   float radius;
-  // Directional: unit direction in which the light travels.
+  // Directional: unit direction in which the light travels. Spot: unit direction of its axis. Environment map: its z axis in the world;
+  // the three are orthonormal, (1,0,0), (0,1,0), (0,0,1) if nothing is turned.
   struct volgrad_vec3 direction;
-  // Reserved for spot lights; 0.
+  // Spot: cosines of two cones' half angles, -1 <= cos_outer <= cos_inner <= 1: all of the intensity within the inner one, nothing
+  // outside the outer one, between them falling off linearly in the angle.
   float cos_inner;
   float cos_outer;
-  // Reserved for environment maps; NULL and 0.
+  // Environment map: image_width * image_height linear RGB radiances, not negative, from the first row on; longitude by latitude,
+  // interpolated bilinearly. Texel i of a row lies at longitude (i + .5)/image_width of a turn from -z by +x, z and -x; the
+  // first row is the up pole, the last the down pole, so image_height >= 2. Borrowed: must outlive the scene. NULL for other kinds.
   const float *image;
   uint32_t image_width;
   uint32_t image_height;
@@ -577,7 +587,7 @@ typedef struct volgrad_light {
 } volgrad_light;
 
 // Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
-// after it; density grids are borrowed.
+// after it; density grids and environment maps are borrowed.
 typedef struct volgrad_scene_desc {
   // `sizeof(volgrad_scene_desc)` of the caller.
   uint32_t struct_size;
@@ -587,7 +597,7 @@ typedef struct volgrad_scene_desc {
   struct volgrad_camera camera;
   const struct volgrad_medium *media;
   const struct volgrad_material *materials;
-  // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`.
+  // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
   const struct volgrad_light *lights;
 } volgrad_scene_desc;
 
@@ -747,8 +757,8 @@ volgrad_status volgrad_path_sampler_run(const struct volgrad_scene *scene,
 volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr_t *bytes);
 
 // Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
-// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids are borrowed as long.
-// The bounds of every grid are computed here, so this reads all densities once.
+// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids and environment
+// maps are borrowed as long. Their bounds and sums are computed here, so this reads all of them once.
 // On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 volgrad_status volgrad_scene_init(void *memory,
                                   uintptr_t bytes,

@@ -147,8 +147,8 @@ MUTANTS = [
     Mutant(
         "next-event estimation is weighted 1",
         "src/sampler/next_event.rs",
-        "light.emission() / (aim.pdf + going_on)",
-        "light.emission() / (aim.pdf + 0.0 * going_on)",
+        "emission / (aim.pdf + going_on)",
+        "emission / (aim.pdf + 0.0 * going_on)",
         "energy how_often",
     ),
     Mutant(
@@ -164,6 +164,13 @@ MUTANTS = [
         "let going_on = sampled.pdf * probability * geometry;",
         "let going_on = sampled.pdf * geometry;",
         "energy furnace_with_a_grid",
+    ),
+    Mutant(
+        "emission's MIS weight takes an environment map for a constant one",
+        "src/sampler/path_tracer.rs",
+        "Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),",
+        "Light::EnvironmentMap(_) => sampled.direction_pdf,",
+        "energy furnace_under_an_environment_map",
     ),
     Mutant(
         "roulette's survival is missing in next-event estimation's MIS weight",

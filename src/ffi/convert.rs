@@ -5,7 +5,7 @@ use super::types::*;
 use crate::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3};
 use crate::medium::NONE;
 use crate::phase::Phase;
-use crate::scene::{Bsdf, Camera, Light};
+use crate::scene::{Bsdf, Camera, EnvironmentMap, Falloff, Light};
 use core::ffi::CStr;
 
 /// Names what is checked: the field, and which element of its array.
@@ -20,7 +20,7 @@ impl Place {
         if ok(value.into()) { Ok(value.into()) } else { Err(VOLGRAD_ERROR_RANGE.at(self.0, self.1)) }
     }
 
-    fn colour(self, value: Rgb, ok: impl Fn(f64) -> bool) -> Result<Colour, Fault> {
+    pub fn colour(self, value: Rgb, ok: impl Fn(f64) -> bool) -> Result<Colour, Fault> {
         for channel in [value.r, value.g, value.b] {
             self.number(channel, &ok)?;
         }
@@ -50,7 +50,7 @@ impl Place {
 /// Vectors of the host count as unit vectors, and as orthogonal, within this.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-fn not_negative(v: f64) -> bool {
+pub fn not_negative(v: f64) -> bool {
     v >= 0.0
 }
 
@@ -81,13 +81,8 @@ pub fn camera(c: &volgrad_camera, media_count: u32) -> Result<Camera, Fault> {
     let forward = Place(c"camera.forward", 0).unit(c.forward)?;
     let right = Place(c"camera.right", 0).unit(c.right)?;
     let up = Place(c"camera.up", 0).unit(c.up)?;
-    let skew = forward.dot(right).abs().max(forward.dot(up).abs()).max(right.dot(up).abs());
-    if skew > UNIT_TOLERANCE {
-        return Place(c"camera.forward, camera.right, camera.up", 0).range();
-    }
-    // What single precision lacks in orthogonality is mended.
-    let right = (right - forward.dot(right) * forward).normalize();
-    let up = (up - forward.dot(up) * forward - right.dot(up) * right).normalize();
+    let axes = orthonormal(forward, right, up);
+    let [forward, right, up] = axes.ok_or(VOLGRAD_ERROR_RANGE.at(c"camera.forward, camera.right, camera.up", 0))?;
     Ok(Camera {
         position: Place(c"camera.position", 0).point(c.position)?,
         forward,
@@ -168,9 +163,13 @@ pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
     }
 }
 
-pub fn light(l: &volgrad_light, i: usize) -> Result<Light, Fault> {
-    let image = !l.image.is_null() || l.image_width != 0 || l.image_height != 0;
-    if l.flags != 0 || l.cos_inner != 0.0 || l.cos_outer != 0.0 || image || !l.custom.is_null() {
+/// A light; `map` makes the map of an environment map from its orientation and scale.
+pub fn light<'a>(
+    l: &volgrad_light,
+    i: usize,
+    map: impl FnOnce(DMat3, Colour) -> Result<EnvironmentMap<'a>, Fault>,
+) -> Result<Light<'a>, Fault> {
+    if l.flags != 0 || !l.custom.is_null() {
         return Place(c"lights: a reserved field", i).range();
     }
     let emission = Place(c"lights.emission", i).colour(l.emission, not_negative)?;
@@ -198,12 +197,52 @@ pub fn light(l: &volgrad_light, i: usize) -> Result<Light, Fault> {
             Ok(Light::Directional { direction: Place(c"lights.direction", i).unit(l.direction)?, irradiance: emission })
         }
         VOLGRAD_LIGHT_POINT => Ok(Light::Point { position: position()?, intensity: emission }),
+        VOLGRAD_LIGHT_SPOT => {
+            let axis = Place(c"lights.direction", i).unit(l.direction)?;
+            Ok(Light::Spot { position: position()?, axis, intensity: emission, falloff: falloff(l, i)? })
+        }
+        VOLGRAD_LIGHT_ENVIRONMENT_MAP => Ok(Light::EnvironmentMap(map(orientation(l, i)?, emission)?)),
         _ => Place(c"lights.kind", i).kind(),
     }
 }
 
+fn falloff(l: &volgrad_light, i: usize) -> Result<Falloff, Fault> {
+    let cos_inner = Place(c"lights.cos_inner", i).number(l.cos_inner, |c| c.abs() <= 1.0)?;
+    let cos_outer = Place(c"lights.cos_outer", i).number(l.cos_outer, |c| (-1.0..=cos_inner).contains(&c))?;
+    Ok(Falloff::new(cos_inner, cos_outer))
+}
+
+/// From an environment map's axes to the world's.
+fn orientation(l: &volgrad_light, i: usize) -> Result<DMat3, Fault> {
+    let z = Place(c"lights.direction", i).unit(l.direction)?;
+    let x = Place(c"lights.edge_u", i).unit(l.edge_u)?;
+    let y = Place(c"lights.edge_v", i).unit(l.edge_v)?;
+    let [z, x, y] = orthonormal(z, x, y).ok_or(VOLGRAD_ERROR_RANGE.at(c"lights.edge_u, lights.edge_v, lights.direction", i))?;
+    Ok(DMat3::from_cols(x, y, z))
+}
+
+/// Number of texels of an environment map; 0 for other lights.
+pub fn texel_count(l: &volgrad_light, i: usize) -> Result<usize, Fault> {
+    let side = |n: u32, least: u32| (least..=MAX_IMAGE_SIDE).contains(&n);
+    match l.kind {
+        VOLGRAD_LIGHT_ENVIRONMENT_MAP if side(l.image_width, 1) && side(l.image_height, 2) => {
+            Ok(l.image_width as usize * l.image_height as usize)
+        }
+        VOLGRAD_LIGHT_ENVIRONMENT_MAP => Place(c"lights.image_width, lights.image_height", i).range(),
+        _ => Ok(0),
+    }
+}
+
+/// Three unit vectors with what single precision lacks in orthogonality mended; None if it is more than that.
+fn orthonormal(a: DVec3, b: DVec3, c: DVec3) -> Option<[DVec3; 3]> {
+    let skew = a.dot(b).abs().max(a.dot(c).abs()).max(b.dot(c).abs());
+    let b = (b - a.dot(b) * a).normalize();
+    let c = (c - a.dot(c) * a - b.dot(c) * b).normalize();
+    (skew <= UNIT_TOLERANCE).then_some([a, b, c])
+}
+
 /// The weight with which light `i` is picked.
 pub fn light_weight(l: &volgrad_light, i: usize) -> Result<f64, Fault> {
-    let only_by_choice = matches!(l.kind, VOLGRAD_LIGHT_DIRECTIONAL | VOLGRAD_LIGHT_POINT);
+    let only_by_choice = matches!(l.kind, VOLGRAD_LIGHT_DIRECTIONAL | VOLGRAD_LIGHT_POINT | VOLGRAD_LIGHT_SPOT);
     Place(c"lights.sampling_weight", i).number(l.sampling_weight, |w| if only_by_choice { w > 0.0 } else { w >= 0.0 })
 }

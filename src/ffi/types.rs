@@ -147,6 +147,8 @@ pub const VOLGRAD_LIGHT_SPHERE: u32 = 2;
 pub const VOLGRAD_LIGHT_ENVIRONMENT: u32 = 3;
 pub const VOLGRAD_LIGHT_DIRECTIONAL: u32 = 4;
 pub const VOLGRAD_LIGHT_POINT: u32 = 5;
+pub const VOLGRAD_LIGHT_SPOT: u32 = 6;
+pub const VOLGRAD_LIGHT_ENVIRONMENT_MAP: u32 = 7;
 
 /// A light. Area lights emit from the side that their normal points to, and are opaque surfaces that the host's ray queries return.
 #[repr(C)]
@@ -156,24 +158,30 @@ pub struct volgrad_light {
     pub kind: u32,
     /// Reserved; 0.
     pub flags: u32,
-    /// Area and environment: radiance. Directional: irradiance on a plane across its direction. Point: intensity. Not negative.
+    /// Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
+    /// its inner cone. Environment map: factor on its image. Not negative.
     pub emission: Rgb,
-    /// Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional and point lights,
-    /// which nothing else can find. All weights are divided by their sum.
+    /// Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
+    /// lights, which nothing else can find. All weights are divided by their sum.
     pub sampling_weight: f32,
-    /// Parallelogram, triangle: a corner. Sphere: centre. Point: position.
+    /// Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
     pub position: Vec3,
     /// Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
+    /// Environment map: its x and y axes in the world; y is up.
     pub edge_u: Vec3,
     pub edge_v: Vec3,
     /// Sphere: radius; its normal points outwards.
     pub radius: f32,
-    /// Directional: unit direction in which the light travels.
+    /// Directional: unit direction in which the light travels. Spot: unit direction of its axis. Environment map: its z axis in the world;
+    /// the three are orthonormal, (1,0,0), (0,1,0), (0,0,1) if nothing is turned.
     pub direction: Vec3,
-    /// Reserved for spot lights; 0.
+    /// Spot: cosines of two cones' half angles, -1 <= cos_outer <= cos_inner <= 1: all of the intensity within the inner one, nothing
+    /// outside the outer one, between them falling off linearly in the angle.
     pub cos_inner: f32,
     pub cos_outer: f32,
-    /// Reserved for environment maps; NULL and 0.
+    /// Environment map: image_width * image_height linear RGB radiances, not negative, from the first row on; longitude by latitude,
+    /// interpolated bilinearly. Texel i of a row lies at longitude (i + .5)/image_width of a turn from -z by +x, z and -x; the
+    /// first row is the up pole, the last the down pole, so image_height >= 2. Borrowed: must outlive the scene. NULL for other kinds.
     pub image: *const f32,
     pub image_width: u32,
     pub image_height: u32,
@@ -182,7 +190,7 @@ pub struct volgrad_light {
 }
 
 /// Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
-/// after it; density grids are borrowed.
+/// after it; density grids and environment maps are borrowed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_scene_desc {
@@ -194,7 +202,7 @@ pub struct volgrad_scene_desc {
     pub camera: volgrad_camera,
     pub media: *const volgrad_medium,
     pub materials: *const volgrad_material,
-    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`.
+    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
     pub lights: *const volgrad_light,
 }
 

@@ -9,7 +9,7 @@
 use super::{Node, Path, PathError, PathErrorKind};
 use crate::math::{Colour, DVec3, transmittance};
 use crate::medium::optical_depth;
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 
 /// The factors of f that belong to vertex i and to the edge from it to vertex i + 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +53,11 @@ pub(super) fn towards(path: &Path, scene: &Scene, i: usize, neighbour: usize) ->
     v.try_normalize().ok_or(PathErrorKind::ZeroLength.at(i))
 }
 
+/// Unit vector along which light travels from the light at vertex `i` to the vertex before it.
+fn emission_direction(scene: &Scene, path: &Path, i: usize) -> Result<DVec3, PathError> {
+    if path.node(scene, i)?.is_direction() { Ok(-path.position(scene, i)?) } else { towards(path, scene, i, i - 1) }
+}
+
 fn vertex_factor(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathError> {
     let vertex = path.vertex(i)?;
     let normal = vertex.normal.wide();
@@ -71,11 +76,9 @@ fn vertex_factor(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathErr
             Ok(bsdf.eval_or_weight(normal, to_camera, to_light))
         }
         Node::Light(light) => {
-            let emits = match light {
-                Light::Environment { .. } | Light::Directional { .. } | Light::Point { .. } => true,
-                _ => normal.dot(towards(path, scene, i, i - 1)?) > 0.0,
-            };
-            Ok(if emits { light.emission() } else { Colour::ZERO })
+            let direction = emission_direction(scene, path, i)?;
+            let dark = light.area_pdf() > 0.0 && !(normal.dot(direction) > 0.0);
+            Ok(if dark { Colour::ZERO } else { light.emission(direction) })
         }
     }
 }

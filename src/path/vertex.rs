@@ -73,7 +73,7 @@ pub enum Node<'a> {
     Camera(&'a Camera),
     Medium(&'a Medium<'a>),
     Surface(&'a Bsdf),
-    Light(&'a Light),
+    Light(&'a Light<'a>),
 }
 
 impl Node<'_> {
@@ -83,7 +83,7 @@ impl Node<'_> {
 
     /// Whether the vertex is a direction instead of a point.
     pub fn is_direction(&self) -> bool {
-        matches!(self, Self::Light(Light::Environment { .. } | Light::Directional { .. }))
+        matches!(self, Self::Light(light) if light.is_environment() || matches!(light, Light::Directional { .. }))
     }
 
     /// Whether the geometry term has a surface cosine here.

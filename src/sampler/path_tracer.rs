@@ -188,7 +188,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         }
         let optical_depth = optical_depth(line);
         if let Some(light) = light {
-            self.record.emitted(transmittance(optical_depth), light.emission());
+            self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
         if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
     }
@@ -295,13 +295,15 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let mis = self.sampled.map_or(1.0, |sampled| {
             let pick = self.scene.lights.probability(index);
             let going_on = sampled.pdf * probability * geometry;
-            let next_event = match light {
-                Light::Environment { .. } => pick * sampled.direction_pdf,
-                light => pick * light.area_pdf(),
-            };
+            let next_event = pick
+                * match light {
+                    Light::Environment { .. } => sampled.direction_pdf,
+                    Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),
+                    light => light.area_pdf(),
+                };
             if next_event > 0.0 { going_on / (going_on + next_event) } else { 1.0 }
         });
-        self.record.emitted(self.throughput, light.emission() * mis);
+        self.record.emitted(self.throughput, light.emission(-self.direction) * mis);
     }
 
     /// Next-event estimation at a vertex, then a new direction. False: the path ends.

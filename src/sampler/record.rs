@@ -105,7 +105,7 @@ impl Record {
     /// A next-event estimate at the current vertex.
     pub fn next_event(&mut self, throughput: Colour, event: &NextEvent) {
         match self.stage {
-            Stage::First => {
+            Stage::First if !event.profile => {
                 if let Some(shiftable) = &mut self.shiftable {
                     let link = Link::new(event.next, event.optical_depth, event.hit.media());
                     shiftable.links[TO_LIGHT] = Some(Link { plain: self.rest * event.emitted, ..link });

@@ -67,6 +67,12 @@ impl Bsdf {
         }
     }
 
+    /// ∂log f_r/∂to_camera and ∂log f_r/∂to_light per colour channel, as unconstrained vectors: for a direction ω to a point at a
+    /// distance d, the gradient with respect to that point is (I − ωωᵀ)/d times it. 0 where f_r does not depend on the direction, or is 0.
+    pub fn log_gradient(&self, _n: DVec3, _to_camera: DVec3, _to_light: DVec3) -> ([DVec3; 3], [DVec3; 3]) {
+        ([DVec3::ZERO; 3], [DVec3::ZERO; 3])
+    }
+
     /// A direction towards the lights; `lobe` chooses between reflection and refraction. None if nothing is scattered.
     pub fn sample(&self, n: DVec3, to_camera: DVec3, u: DVec2, lobe: f64) -> Option<BsdfSample> {
         let cosine = n.dot(to_camera);

@@ -274,7 +274,7 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Sh
         _ => return Ok(None),
     };
     let next_node = path.node(scene, 2)?;
-    if next_node.is_specular() {
+    if next_node.is_specular() || matches!(next_node, Node::Light(light) if light.has_profile()) {
         return Ok(None);
     }
     let image = scene.camera.project(x).ok_or(PathErrorKind::ZeroContribution.at(1))?;

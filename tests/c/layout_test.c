@@ -26,6 +26,8 @@ OFFSET(volgrad_material, custom, 56);
 SIZE(volgrad_light, 112);
 OFFSET(volgrad_light, position, 24);
 OFFSET(volgrad_light, direction, 64);
+OFFSET(volgrad_light, cos_inner, 76);
+OFFSET(volgrad_light, image, 88);
 SIZE(volgrad_segment, 20);
 SIZE(volgrad_vertex, 44);
 SIZE(volgrad_path, 32);

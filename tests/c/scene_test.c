@@ -125,7 +125,7 @@ static void test_materials_and_lights(void) {
     RANGE(m[GLASS].eta = -1.5f, "materials.eta", GLASS);
 
     volgrad_light *l = s.lights;
-    KIND(l[SKY].kind = 6, "lights.kind", SKY);
+    KIND(l[SKY].kind = 8, "lights.kind", SKY);
     RANGE(l[POINT_LIGHT].kind = VOLGRAD_LIGHT_ENVIRONMENT, "lights.kind", 1); /* the second environment is one too many */
     for (uint32_t i = 0; i < LIGHTS; i++) {
         NOT_FINITE_RGB(l[i].emission, "lights.emission", i);
@@ -148,10 +148,56 @@ static void test_materials_and_lights(void) {
         BAD((AREA_LIGHT, l[0].position.x = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.position", 0);
     }
 
+#define SPOT (l[0].kind = VOLGRAD_LIGHT_SPOT, l[0].direction.y = -1, l[0].cos_inner = 0.9f, l[0].cos_outer = 0.8f)
+    BAD((SPOT, l[0].direction.y = 2), VOLGRAD_ERROR_NOT_FINITE, "lights.direction", 0);
+    BAD((SPOT, l[0].cos_outer = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.cos_outer", 0);
+    RANGE((SPOT, l[0].cos_inner = 1.01f), "lights.cos_inner", 0);
+    RANGE((SPOT, l[0].cos_outer = 0.91f), "lights.cos_outer", 0);
+    RANGE((SPOT, l[0].cos_outer = -1.01f), "lights.cos_outer", 0);
+    RANGE((SPOT, l[0].sampling_weight = 0), "lights.sampling_weight", 0);
+
+    float texels[2 * 2 * 3] = {1, 2, 3};
+#define MAP \
+    (l[SKY].kind = VOLGRAD_LIGHT_ENVIRONMENT_MAP, l[SKY].edge_u.x = l[SKY].edge_v.y = l[SKY].direction.z = 1, \
+     l[SKY].image = texels, l[SKY].image_width = l[SKY].image_height = 2)
+    const char *image_size = "lights.image_width, lights.image_height";
+    RANGE((MAP, l[SKY].image_width = 0), image_size, SKY);
+    RANGE((MAP, l[SKY].image_height = 1), image_size, SKY);
+    RANGE((MAP, l[SKY].image_height = 1u << 16), image_size, SKY);
+    BAD((MAP, l[SKY].image = NULL), VOLGRAD_ERROR_NULL, "lights.image", SKY);
+    BAD((MAP, l[SKY].image = (const float *)(const void *)(memory + 1)), VOLGRAD_ERROR_MISALIGNED, "lights.image", SKY);
+    BAD((MAP, l[SKY].edge_u.x = 0), VOLGRAD_ERROR_NOT_FINITE, "lights.edge_u", SKY);
+    BAD((MAP, l[SKY].edge_v.y = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.edge_v", SKY);
+    BAD((MAP, l[SKY].direction.z = 3), VOLGRAD_ERROR_NOT_FINITE, "lights.direction", SKY);
+    RANGE((MAP, l[SKY].edge_v = vec(1, 0, 0)), "lights.edge_u, lights.edge_v, lights.direction", SKY);
+    RANGE((MAP, l[0].kind = VOLGRAD_LIGHT_ENVIRONMENT), "lights.kind", SKY); /* one environment too many */
+    texels[11] = -1;
+    RANGE(MAP, "lights.image", SKY);
+    texels[11] = INFINITY;
+    BAD(MAP, VOLGRAD_ERROR_NOT_FINITE, "lights.image", SKY);
+
     BAD(s.desc.media = NULL, VOLGRAD_ERROR_NULL, "media", 0);
     BAD(s.desc.materials = NULL, VOLGRAD_ERROR_NULL, "materials", 0);
     BAD(s.desc.lights = NULL, VOLGRAD_ERROR_NULL, "lights", 0);
     BAD(s.desc.lights = (const void *)(memory + 2), VOLGRAD_ERROR_MISALIGNED, "lights", 0);
+}
+
+/* An environment map's sums need memory. */
+static void test_environment_map(void) {
+    static const float texels[5 * 7 * 3] = {[40] = 1};
+    const volgrad_scene *scene;
+    size_t without, with;
+    CHECK_STATUS(volgrad_scene_size(&s.desc, &without), VOLGRAD_OK);
+    volgrad_light *sky = &s.lights[SKY];
+    sky->kind = VOLGRAD_LIGHT_ENVIRONMENT_MAP;
+    sky->edge_u.x = sky->edge_v.y = sky->direction.z = 1;
+    sky->image = texels, sky->image_width = 5, sky->image_height = 7;
+    CHECK_STATUS(volgrad_scene_size(&s.desc, &with), VOLGRAD_OK);
+    CHECK(with >= without + 6 * 6 * sizeof(double));
+    FILL(memory);
+    CHECK_STATUS(volgrad_scene_init(memory, with, &s.desc, &scene, NULL), VOLGRAD_OK);
+    CHECK(untouched(memory + with, sizeof memory - with));
+    fill();
 }
 
 static void test_pointers(void) {
@@ -243,5 +289,6 @@ int main(void) {
     test_camera();
     test_media();
     test_materials_and_lights();
+    test_environment_map();
     return check_end();
 }

@@ -178,7 +178,7 @@ struct HostPath {
     segments: Vec<Segment>,
     edge_ends: Vec<u32>,
     materials: Vec<Bsdf>,
-    lights: Vec<Light>,
+    lights: Vec<Light<'static>>,
 }
 
 impl HostPath {

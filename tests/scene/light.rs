@@ -39,7 +39,7 @@ fn densities_are_one_over_the_areas() {
     for (light, area) in [(PARALLELOGRAM, parallelogram), (TRIANGLE, 0.5 * parallelogram), (SPHERE, 4.0 * PI * RADIUS * RADIUS)]
     {
         assert!((light.area_pdf() * area - 1.0).abs() < ROUNDING, "{light:?}");
-        assert_eq!(light.emission(), COLOUR);
+        assert_eq!(light.emission(DVec3::Z), COLOUR);
     }
 }
 
@@ -99,7 +99,7 @@ fn lights_without_area_have_no_density_over_it() {
     let lamp = Light::Point { position: CORNER, intensity: COLOUR };
     let sky = Light::Environment { radiance: COLOUR };
     for light in [sun, lamp, sky] {
-        assert_eq!((light.area_pdf(), light.emission()), (0.0, COLOUR));
+        assert_eq!((light.area_pdf(), light.emission(DVec3::Z)), (0.0, COLOUR));
     }
     let u = DVec2::splat(0.3);
     assert!(matches!(sun.sample(u), LightSample::Direction { to_light: DVec3::Y }), "against the way that the light travels");
