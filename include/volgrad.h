@@ -345,6 +345,9 @@ typedef struct volgrad_gradient {
   struct volgrad_vec3 phase_previous;
   struct volgrad_vec3 phase_apex;
   struct volgrad_vec3 phase_next;
+  // BSDF at p, BSDF or emission at n, if those depend on the direction to the run: rough surfaces and spot lights; else 0.
+  struct volgrad_vec3 profile_previous[3];
+  struct volgrad_vec3 profile_next[3];
 } volgrad_gradient;
 
 // Derivative of log f by the distance that a run of medium vertices beside a specular one moves along `direction`, 1/world unit. The
@@ -371,6 +374,9 @@ typedef struct volgrad_derivative {
   float phase_previous;
   float phase_apex;
   float phase_next;
+  // BSDF at p, BSDF or emission at n.
+  struct volgrad_rgb profile_previous;
+  struct volgrad_rgb profile_next;
 } volgrad_derivative;
 
 // How a batch of shifted paths is made.

@@ -122,7 +122,7 @@ fn equations_9_and_23_swap_forward_and_backward() {
         let Some(Phase::HenyeyGreenstein { g }) = case.phase(case.i + 1) else { return None };
         let [to_x, onwards] = case.edges(case.i + 1);
         let printed = scale(3.0 * g / (1.0 + g * g - 2.0 * g * dot(to_x.0, onwards.0)), wing(to_x, onwards));
-        Some((printed, case.library.phase_next.to_array(), case.differences.phase_next))
+        Some((printed, case.library.phase_next.to_array(), case.differences.profile_next[0]))
     });
     erratum.assert_off_by(2.0);
 }

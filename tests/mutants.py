@@ -223,6 +223,13 @@ MUTANTS = [
         "0.0 * sigma_t[c] * outwards)",
         "gradients specular",
     ),
+    Mutant(
+        "profiles: the direction's length counts",
+        "src/path/gradient/neighbour.rs",
+        "(by_direction - by_direction.dot(self.towards) * self.towards) / self.distance",
+        "by_direction / self.distance",
+        "gradients profile",
+    ),
     # Exactness.
     Mutant(
         "numbers depend on the pixel only",

@@ -110,9 +110,9 @@ fn any_missing_factor_is_noticed() {
     assert_noticed(&error_after(4, all, |_, _, _, f| f.geometry_prev = ZERO));
     assert_noticed(&error_after(4, all, |_, _, _, f| f.geometry_next = ZERO));
     assert_noticed(&error_after(4, all, |_, _, _, f| f.importance = ZERO));
-    assert_noticed(&error_after(4, all, |_, _, _, f| f.phase_prev = ZERO));
+    assert_noticed(&error_after(4, all, |_, _, _, f| f.profile_prev = [ZERO; 3]));
     assert_noticed(&error_after(4, all, |_, _, _, f| f.phase_apex = ZERO));
-    assert_noticed(&error_after(4, all, |_, _, _, f| f.phase_next = ZERO));
+    assert_noticed(&error_after(4, all, |_, _, _, f| f.profile_next = [ZERO; 3]));
 }
 
 #[test]

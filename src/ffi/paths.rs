@@ -47,6 +47,9 @@ pub struct volgrad_gradient {
     pub phase_previous: Vec3,
     pub phase_apex: Vec3,
     pub phase_next: Vec3,
+    /// BSDF at p, BSDF or emission at n, if those depend on the direction to the run: rough surfaces and spot lights; else 0.
+    pub profile_previous: [Vec3; 3],
+    pub profile_next: [Vec3; 3],
 }
 
 impl From<Gradient> for volgrad_gradient {
@@ -65,6 +68,8 @@ impl From<Gradient> for volgrad_gradient {
             phase_previous: f.phase_previous.into(),
             phase_apex: f.phase_apex.into(),
             phase_next: f.phase_next.into(),
+            profile_previous: f.profile_previous.map(Vec3::from),
+            profile_next: f.profile_next.map(Vec3::from),
         }
     }
 }
@@ -95,6 +100,9 @@ pub struct volgrad_derivative {
     pub phase_previous: f32,
     pub phase_apex: f32,
     pub phase_next: f32,
+    /// BSDF at p, BSDF or emission at n.
+    pub profile_previous: Rgb,
+    pub profile_next: Rgb,
 }
 
 impl From<LogDerivative> for volgrad_derivative {
@@ -116,6 +124,8 @@ impl From<LogDerivative> for volgrad_derivative {
             phase_previous: along(f.phase_previous),
             phase_apex: along(f.phase_apex),
             phase_next: along(f.phase_next),
+            profile_previous: rgb(f.profile_previous),
+            profile_next: rgb(f.profile_next),
         }
     }
 }

@@ -14,11 +14,11 @@ use crate::reference::{
     vector as reference_vector,
     world::World,
 };
-use volgrad::math::{DAffine3, DMat3, DVec3, Vec3, orthonormal_basis};
+use volgrad::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3, orthonormal_basis};
 use volgrad::medium::{Brick, Density, EdgeMoments, Grid, Line, Medium, NONE, Segment, brick_counts, build_bricks};
 use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};
 use volgrad::phase::Phase;
-use volgrad::scene::{Bsdf, Camera, Light, Lights, Scene};
+use volgrad::scene::{Bsdf, Camera, EnvironmentMap, Falloff, Light, Lights, Scene, running_sums, sums_length};
 
 pub fn vec(v: reference_vector::Vec3) -> DVec3 {
     DVec3::from_array(v)
@@ -50,6 +50,7 @@ pub fn rounded_path(path: &ReferencePath) -> ReferencePath {
     for vertex in &mut path.vertices {
         match vertex {
             ReferenceVertex::Camera => {}
+            ReferenceVertex::Spot { position, axis, .. } => (*position, *axis) = (rounded(*position), rounded(*axis)),
             ReferenceVertex::Medium { position, .. } | ReferenceVertex::PointLight { position, .. } => {
                 *position = rounded(*position);
             }
@@ -57,6 +58,9 @@ pub fn rounded_path(path: &ReferencePath) -> ReferencePath {
             | ReferenceVertex::Mirror { position, normal, .. }
             | ReferenceVertex::AreaLight { position, normal, .. } => {
                 (*position, *normal) = (rounded(*position), rounded(*normal));
+            }
+            ReferenceVertex::Sky { direction, texels } => {
+                (*direction, *texels) = (rounded(*direction), texels.map(rounded));
             }
             ReferenceVertex::Environment { direction, .. } | ReferenceVertex::Directional { direction, .. } => {
                 *direction = rounded(*direction);
@@ -171,6 +175,14 @@ fn facing(vertex: Vertex, normal: reference_vector::Vec3) -> Vertex {
     Vertex { normal: single(normal), shading_normal: single(normal), ..vertex }
 }
 
+/// A map that is never freed: tests have few.
+fn sky(texels: &[reference_vector::Rgb; 12]) -> EnvironmentMap<'static> {
+    let texels: Vec<Rgb> = texels.iter().map(|&texel| vec(texel).into()).collect();
+    let mut sums = vec![0.0; sums_length(4, 3)];
+    running_sums(&texels, 4, 3, Colour::ONE, &mut sums);
+    EnvironmentMap::new(texels.leak(), 4, 3, DMat3::IDENTITY, Colour::ONE, sums.leak()).expect("the lengths fit")
+}
+
 /// A path and what its vertices refer to.
 #[derive(Default)]
 struct HostPath {
@@ -220,8 +232,17 @@ impl HostPath {
                 self.lights.push(Light::Point { position: vec(position), intensity: vec(intensity) });
                 at(VERTEX_LIGHT, position)
             }
+            ReferenceVertex::Spot { position, axis, inner, outer, intensity } => {
+                let (axis, falloff) = (vec(axis).normalize(), Falloff::new(inner.cos(), outer.cos()));
+                self.lights.push(Light::Spot { position: vec(position), axis, intensity: vec(intensity), falloff });
+                at(VERTEX_LIGHT, position)
+            }
             ReferenceVertex::Environment { direction, radiance } => {
                 self.lights.push(Light::Environment { radiance: vec(radiance) });
+                at(VERTEX_LIGHT, direction)
+            }
+            ReferenceVertex::Sky { direction, texels } => {
+                self.lights.push(Light::EnvironmentMap(sky(&texels)));
                 at(VERTEX_LIGHT, direction)
             }
             ReferenceVertex::Directional { direction, irradiance } => {

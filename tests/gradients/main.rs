@@ -9,6 +9,7 @@ mod common;
 #[path = "../reference/mod.rs"]
 mod reference;
 
+mod profile;
 mod runs;
 mod specular;
 mod vertex;

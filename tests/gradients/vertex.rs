@@ -31,7 +31,7 @@ fn relative_error(ours: Rgb, expected: Rgb) -> f64 {
 }
 
 /// f and each of its factors at every vertex.
-fn note_contribution(worst: &mut Worst, world: &World, path: &ReferencePath, bricks: Bricks, name: &str) {
+pub fn note_contribution(worst: &mut Worst, world: &World, path: &ReferencePath, bricks: Bricks, name: &str) {
     let expected = contribution(world, path);
     with_path(world, path, bricks, |scene, ours| {
         ours.validate(scene).expect("a valid path");
@@ -55,7 +55,7 @@ fn note_contribution(worst: &mut Worst, world: &World, path: &ReferencePath, bri
 }
 
 /// The library's factors under the reference's names.
-fn named(g: &LogGradient) -> Factors<Vec3> {
+pub fn named(g: &LogGradient) -> Factors<Vec3> {
     let rgb = |gradient: [DVec3; 3]| gradient.map(|g| g.to_array());
     Factors {
         scattering: g.scattering.to_array(),
@@ -64,9 +64,9 @@ fn named(g: &LogGradient) -> Factors<Vec3> {
         geometry_prev: g.geometry_previous.to_array(),
         geometry_next: g.geometry_next.to_array(),
         importance: g.importance.to_array(),
-        phase_prev: g.phase_previous.to_array(),
+        profile_prev: rgb(g.profile_previous.map(|profile| g.phase_previous + profile)),
         phase_apex: g.phase_apex.to_array(),
-        phase_next: g.phase_next.to_array(),
+        profile_next: rgb(g.profile_next.map(|profile| g.phase_next + profile)),
     }
 }
 

@@ -105,6 +105,19 @@ fn profile(world: &World, path: &Path, i: usize) -> Rgb {
     }
 }
 
+/// Every texel by how far it is from the direction, in columns and rows.
+fn sky_radiance([x, y, z]: Vec3, texels: &[Rgb; 12]) -> Rgb {
+    let (column, row) = (4.0 * x.atan2(-z) / (2.0 * PI) - 0.5, 2.0 * y.acos() / PI);
+    let mut radiance = ZERO;
+    for (n, &texel) in texels.iter().enumerate() {
+        let columns = column - (n % 4) as f64;
+        let columns = (columns - 4.0 * (columns / 4.0).round()).abs();
+        let rows = (row - (n / 4) as f64).abs();
+        radiance = add(radiance, scale((1.0 - columns).max(0.0) * (1.0 - rows).max(0.0), texel));
+    }
+    radiance
+}
+
 fn emission(world: &World, path: &Path) -> Rgb {
     let k = path.edge_count();
     match path.vertices[k] {
@@ -113,7 +126,12 @@ fn emission(world: &World, path: &Path) -> Rgb {
             if in_front { radiance } else { ZERO }
         }
         Vertex::PointLight { intensity, .. } => intensity,
+        Vertex::Spot { axis, inner, outer, intensity, .. } => {
+            let angle = dot(axis, path.direction_to_previous(world, k)).acos();
+            scale(((outer - angle) / (outer - inner)).clamp(0.0, 1.0), intensity)
+        }
         Vertex::Environment { radiance, .. } => radiance,
+        Vertex::Sky { direction, texels } => sky_radiance(direction, &texels),
         Vertex::Directional { irradiance, .. } => irradiance,
         _ => panic!("a path ends on a light"),
     }

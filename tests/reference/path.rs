@@ -16,8 +16,14 @@ pub enum Vertex {
     AreaLight { position: Vec3, normal: Vec3, radiance: Rgb },
     /// Radiant intensity (power per solid angle), the same in all directions.
     PointLight { position: Vec3, intensity: Rgb },
+    /// A point light that shines along its unit `axis`: with all of its intensity up to the angle `inner` (in radians), with none from
+    /// `outer` on, linearly in between.
+    Spot { position: Vec3, axis: Vec3, inner: f64, outer: f64, intensity: Rgb },
     /// Radiance from infinity. `direction` is the unit vector towards it.
     Environment { direction: Vec3, radiance: Rgb },
+    /// Radiance from infinity as on a map: 4 columns by longitude, from −z by +x, of texels in their middle; 3 rows from +y to −y, of
+    /// which the first and last are the poles; linear in both angles in between.
+    Sky { direction: Vec3, texels: [Rgb; 12] },
     /// A light that shines from one direction. `direction` is the unit vector towards it, `irradiance` that on a plane
     /// perpendicular to it.
     Directional { direction: Vec3, irradiance: Rgb },
@@ -32,8 +38,13 @@ impl Vertex {
         matches!(self, Vertex::Mirror { .. })
     }
 
+    /// Does what it scatters or emits depend on the direction, other than by a phase function?
+    pub fn has_profile(&self) -> bool {
+        matches!(self, Vertex::Spot { .. })
+    }
+
     pub fn is_at_infinity(&self) -> bool {
-        matches!(self, Vertex::Environment { .. } | Vertex::Directional { .. })
+        matches!(self, Vertex::Environment { .. } | Vertex::Sky { .. } | Vertex::Directional { .. })
     }
 
     /// Where the vertex is; panics for one at infinity.
@@ -44,8 +55,9 @@ impl Vertex {
             | Vertex::Diffuse { position, .. }
             | Vertex::Mirror { position, .. }
             | Vertex::AreaLight { position, .. }
+            | Vertex::Spot { position, .. }
             | Vertex::PointLight { position, .. } => position,
-            Vertex::Environment { .. } | Vertex::Directional { .. } => {
+            Vertex::Environment { .. } | Vertex::Sky { .. } | Vertex::Directional { .. } => {
                 panic!("a vertex at infinity has no position")
             }
         }
@@ -76,7 +88,7 @@ impl Path {
     pub fn edge(&self, world: &World, i: usize) -> Edge {
         let origin = self.vertices[i].position(world);
         match self.vertices[i + 1] {
-            Vertex::Environment { direction, .. } | Vertex::Directional { direction, .. } => {
+            Vertex::Environment { direction, .. } | Vertex::Sky { direction, .. } | Vertex::Directional { direction, .. } => {
                 Edge::to_infinity(origin, direction)
             }
             end if i == 0 => Edge::from_camera(&world.camera, end.position(world)),

@@ -10,7 +10,7 @@ use super::{
 };
 use rand_pcg::Pcg64;
 
-/// Paths by their vertices: Camera, Medium, Diffuse, mirror (X), then Area light, Point light, Environment or directional Sun.
+/// Paths by their vertices: Camera, Medium, Diffuse, mirror (X), then Area light, Point light, spot light (O), Environment, map of one (K) or directional Sun.
 /// Together every kind of vertex is before and after a medium vertex.
 pub const PATTERNS: [&str; 18] = [
     "CMP", "CMA", "CME", "CMS", "CMDP", "CDMA", "CDMP", "CDME", "CDMS", "CMMP", "CMMA", "CMMDE", "CMMMS", "CDMDA", "CMMMMA",
@@ -20,6 +20,12 @@ pub const PATTERNS: [&str; 18] = [
 /// Paths with mirrors (X) before or after a run of medium vertices, or two of them.
 pub const MIRROR_PATTERNS: [&str; 12] =
     ["CMXP", "CMXA", "CMXE", "CMXMP", "CMMXDA", "CDMMMXXS", "CXMP", "CXMMA", "CXXMDP", "CDXMMME", "CMMXMMXP", "CDMXDMP"];
+
+/// Paths whose medium vertices are next to what looks different from different directions: spot lights (O), environment maps (K).
+pub const PROFILE_PATTERNS: [&str; 7] = ["CMO", "CMMO", "CDMO", "CMMDMO", "CMK", "CDMMK", "CMDK"];
+/// Half angles of a spot light's cones, radians, and how far a vertex stays away from them.
+const CONES: [f64; 2] = [0.2, 1.4];
+const CONE_CLEARANCE: f64 = 0.1;
 
 /// Least distance between neighbouring vertices.
 const SEPARATION: f64 = 0.3;
@@ -49,8 +55,10 @@ fn random_vertex(rng: &mut Pcg64, world: &World, kind: char) -> Vertex {
         'D' => Vertex::Diffuse { position, normal, albedo: random_vector(rng, 0.2, 0.9) },
         'X' => Vertex::Mirror { position, normal, reflectance: [0.7; 3] },
         'A' => Vertex::AreaLight { position, normal, radiance: light },
+        'O' => Vertex::Spot { position, axis: normal, inner: CONES[0], outer: CONES[1], intensity: light },
         'P' => Vertex::PointLight { position, intensity: light },
         'E' => Vertex::Environment { direction: random_direction(rng), radiance: light },
+        'K' => Vertex::Sky { direction: random_direction(rng), texels: [0; 12].map(|_| random_vector(rng, 0.1, 2.0)) },
         'S' => Vertex::Directional { direction: random_direction(rng), irradiance: light },
         _ => panic!("no vertex kind {kind}"),
     }
@@ -101,6 +109,14 @@ fn turn_normals(rng: &mut Pcg64, world: &World, path: &mut Path) -> bool {
                 return false;
             };
             *normal = *found;
+        }
+        if let Vertex::Spot { axis, .. } = &mut path.vertices[i] {
+            let turned = random_direction(rng);
+            let angle = dot(turned, neighbours[0]).acos();
+            if angle < CONES[0] + CONE_CLEARANCE || angle > CONES[1] - CONE_CLEARANCE {
+                return false;
+            }
+            *axis = turned;
         }
         if let Vertex::Mirror { normal, .. } = &mut path.vertices[i] {
             *normal = normalize(add(neighbours[0], neighbours[1]));

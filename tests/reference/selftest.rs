@@ -43,7 +43,7 @@ pub fn for_each_path(seed: u64, patterns: &[&str], mut visit: impl FnMut(&Scene,
         for scene in scenes(&mut rng, phase) {
             for pattern in patterns {
                 // Nothing reaches a light at infinity through a medium without end.
-                if scene.world.regions[0].planes.is_empty() && pattern.ends_with(['E', 'S']) {
+                if scene.world.regions[0].planes.is_empty() && pattern.ends_with(['E', 'K', 'S']) {
                     continue;
                 }
                 visit(&scene, phase, pattern, &random_path(&mut rng, &scene.world, pattern));

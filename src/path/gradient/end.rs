@@ -1,7 +1,7 @@
 //! What changes at the two ends of a run that moves: the edge to a neighbour that stays, and the phase functions on both sides of it.
 
 use super::LogGradient;
-use super::neighbour::{Neighbour, Seen, Wing};
+use super::neighbour::{Beyond, Neighbour, Seen, Wing};
 use super::run::Side;
 use crate::math::DVec3;
 use crate::medium::{Line, Medium, moments};
@@ -15,10 +15,9 @@ pub struct End<'a> {
     pub phase: Phase,
     /// Unit vector from x to its other neighbour, be it in the run or beyond it.
     pub onwards: DVec3,
-    pub neighbour: Neighbour,
+    pub beyond: Beyond,
     /// Between x and q, away from the camera.
     pub line: Line<'a>,
-    pub wing: Option<Wing>,
 }
 
 /// ∇log of the factors that an end changes.
@@ -27,15 +26,17 @@ pub struct EndGradient {
     pub transmittance: [DVec3; 3],
     pub geometry: DVec3,
     pub importance: DVec3,
-    /// f_p at q.
+    /// f_p, or f_r or the emission, at q.
     pub wing: DVec3,
+    pub profile: [DVec3; 3],
     /// f_p at x, as far as it changes with the direction to q.
     pub apex: DVec3,
 }
 
 impl End<'_> {
     pub fn log_gradient(&self, camera: &Camera) -> EndGradient {
-        let seen = Seen::from(camera, self.x, self.neighbour);
+        let Beyond { neighbour, wing, profile } = &self.beyond;
+        let seen = Seen::from(camera, self.x, *neighbour);
         let c = seen.towards.dot(self.onwards);
         let moments = moments(&self.line);
         let optical_depth = match self.side {
@@ -45,12 +46,13 @@ impl End<'_> {
         EndGradient {
             transmittance: optical_depth.map(|g| -g),
             geometry: seen.geometry_gradient(),
-            importance: match self.neighbour {
+            importance: match neighbour {
                 // cos⁻⁴ of We; its own cosine in G is counted there. [Lu20 (38)] has −1/cosθ instead.
                 Neighbour::Camera => -4.0 * seen.cosine_gradient(camera.forward),
                 _ => DVec3::ZERO,
             },
-            wing: self.wing.map_or(DVec3::ZERO, |wing| seen.wing_gradient(&wing)),
+            wing: wing.map_or(DVec3::ZERO, |wing| seen.wing_gradient(&wing)),
+            profile: profile.map(|by_direction| seen.direction_gradient(by_direction)),
             // Moving the apex x is moving its wing q the other way. Differs from [Lu20 (25)], whose sign is that of the wings.
             apex: -self.phase.log_derivative(c) * cosine_gradient_wing(seen.towards, self.onwards, c, seen.distance),
         }
@@ -69,12 +71,15 @@ impl LogGradient {
             phase_previous: previous.wing,
             phase_apex: previous.apex + next.apex,
             phase_next: next.wing,
+            profile_previous: previous.profile,
+            profile_next: next.profile,
             ..Self::default()
         }
     }
 }
 
-/// A medium vertex x between its neighbours p (towards the camera) and n (towards the light).
+/// A medium vertex x between its neighbours p (towards the camera) and n (towards the light), of which none reflects or emits
+/// differently into different directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Move<'a> {
     pub x: DVec3,
@@ -91,7 +96,8 @@ pub struct Move<'a> {
 /// ∇log f for all factors that depend on x. None where σ_s(x) = 0.
 pub fn log_gradient(camera: &Camera, m: &Move) -> Option<LogGradient> {
     let end = |side, onwards, neighbour, line, wing| {
-        End { side, x: m.x, phase: m.medium.phase, onwards, neighbour, line, wing }.log_gradient(camera)
+        let beyond = Beyond { wing, ..Beyond::at(neighbour) };
+        End { side, x: m.x, phase: m.medium.phase, onwards, beyond, line }.log_gradient(camera)
     };
     let (to_previous, to_next) = (-m.previous_line.direction, m.next_line.direction);
     let ends = [

@@ -35,6 +35,9 @@ pub struct LogGradient {
     pub phase_previous: DVec3,
     pub phase_apex: DVec3,
     pub phase_next: DVec3,
+    /// ∇log of f_r at p, and of f_r or the emission at n, per colour channel, where those depend on the direction.
+    pub profile_previous: [DVec3; 3],
+    pub profile_next: [DVec3; 3],
 }
 
 impl LogGradient {
@@ -43,7 +46,7 @@ impl LogGradient {
         let shared = self.scattering + self.geometry_previous + self.geometry_next + self.importance;
         let phases = self.phase_previous + self.phase_apex + self.phase_next;
         let transmittance = self.transmittance_previous[c] + self.transmittance_inside[c] + self.transmittance_next[c];
-        shared + phases + transmittance
+        shared + phases + transmittance + self.profile_previous[c] + self.profile_next[c]
     }
 
     /// ∇log of the luminance of f, whose colour is `f` up to a factor.

@@ -65,6 +65,11 @@ impl Seen {
         (n / n.dot(v) - v) / self.distance
     }
 
+    /// The gradient by x of something whose gradient by the unit vector ω from q to x is `by_direction`: (I − ωωᵀ)/d · ∂/∂ω.
+    pub fn direction_gradient(&self, by_direction: DVec3) -> DVec3 {
+        (by_direction - by_direction.dot(self.towards) * self.towards) / self.distance
+    }
+
     /// ∇log f_p at apex q, x being its wing. [Lu20 (24)]
     pub fn wing_gradient(&self, wing: &Wing) -> DVec3 {
         let to_x = -self.towards;
@@ -73,27 +78,37 @@ impl Seen {
     }
 }
 
-/// The neighbour `q` of vertex `i`, and the phase function at it if its other neighbour `o` makes it an apex.
-pub fn neighbour(
-    scene: &Scene,
-    path: &Path,
-    i: usize,
-    q: usize,
-    o: Option<usize>,
-) -> Result<(Neighbour, Option<Wing>), PathError> {
-    let vertex = path.vertex(q)?;
-    let position = path.position(scene, q)?;
-    let node = path.node(scene, q)?;
-    match node {
-        Node::Camera(_) => return Ok((Neighbour::Camera, None)),
-        node if node.is_specular() => return Err(PathErrorKind::NotMovable.at(i)),
-        node if node.is_direction() => return Ok((Neighbour::Direction(position), None)),
-        _ => {}
+/// What a path has at a neighbour q of a moving vertex x.
+pub struct Beyond {
+    pub neighbour: Neighbour,
+    /// If q scatters in a medium.
+    pub wing: Option<Wing>,
+    /// ∂log of the BSDF or the emission at q by the unit vector from q to x, per colour channel.
+    pub profile: [DVec3; 3],
+}
+
+impl Beyond {
+    pub fn at(neighbour: Neighbour) -> Self {
+        Self { neighbour, wing: None, profile: [DVec3::ZERO; 3] }
     }
-    let normal = node.has_cosine().then(|| vertex.normal.wide());
-    let wing = match (node, o) {
-        (Node::Medium(medium), Some(o)) => Some(Wing { phase: medium.phase, to_other: towards(path, scene, q, o)? }),
-        _ => None,
-    };
-    Ok((Neighbour::Point { position, normal }, wing))
+
+    /// The neighbour `q` of vertex `i`.
+    pub fn new(scene: &Scene, path: &Path, i: usize, q: usize) -> Result<Self, PathError> {
+        let normal = path.vertex(q)?.normal.wide();
+        let position = path.position(scene, q)?;
+        let node = path.node(scene, q)?;
+        let beyond = Self::at(Neighbour::Point { position, normal: node.has_cosine().then_some(normal) });
+        let to_x = || towards(path, scene, q, i);
+        // The neighbour of q that is not x.
+        let to_other = || towards(path, scene, q, if i < q { q + 1 } else { q - 1 });
+        Ok(match node {
+            Node::Camera(_) => Self::at(Neighbour::Camera),
+            node if node.is_specular() => return Err(PathErrorKind::NotMovable.at(i)),
+            node if node.is_direction() => Self::at(Neighbour::Direction(position)),
+            Node::Medium(medium) => Self { wing: Some(Wing { phase: medium.phase, to_other: to_other()? }), ..beyond },
+            Node::Surface(bsdf) if i < q => Self { profile: bsdf.log_gradient(normal, to_x()?, to_other()?).0, ..beyond },
+            Node::Surface(bsdf) => Self { profile: bsdf.log_gradient(normal, to_other()?, to_x()?).1, ..beyond },
+            Node::Light(light) => Self { profile: light.log_gradient(to_x()?), ..beyond },
+        })
+    }
 }

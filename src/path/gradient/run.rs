@@ -4,7 +4,7 @@ use super::super::contribution::towards;
 use super::super::{Node, Path, PathError, PathErrorKind};
 use super::LogGradient;
 use super::end::{End, EndGradient};
-use super::neighbour::neighbour;
+use super::neighbour::Beyond;
 use crate::math::DVec3;
 use crate::medium::{Medium, moments};
 use crate::scene::Scene;
@@ -38,27 +38,24 @@ impl Run {
         Ok(Self { first, last: after - 1 })
     }
 
-    /// Its outermost vertex on that side, the neighbour beyond it, and that one's other neighbour. Medium vertices have both
-    /// neighbours.
-    pub fn outermost(&self, side: Side) -> (usize, usize, Option<usize>) {
+    /// Its outermost vertex on that side, and the neighbour beyond it. Medium vertices have both neighbours.
+    pub fn outermost(&self, side: Side) -> (usize, usize) {
         match side {
-            Side::Previous => (self.first, self.first - 1, self.first.checked_sub(2)),
-            Side::Next => (self.last, self.last + 1, Some(self.last + 2)),
+            Side::Previous => (self.first, self.first - 1),
+            Side::Next => (self.last, self.last + 1),
         }
     }
 
     /// What changes at an end whose neighbour is not specular.
     pub fn end(&self, scene: &Scene, path: &Path, side: Side) -> Result<EndGradient, PathError> {
-        let (i, q, o) = self.outermost(side);
-        let (neighbour, wing) = neighbour(scene, path, i, q, o.filter(|o| *o < path.vertices.len()))?;
+        let (i, q) = self.outermost(side);
         let end = End {
             side,
             x: path.position(scene, i)?,
             phase: medium(scene, path, i)?.phase,
             onwards: towards(path, scene, i, if q < i { i + 1 } else { i - 1 })?,
-            neighbour,
+            beyond: Beyond::new(scene, path, i, q)?,
             line: path.edge(scene, i.min(q))?,
-            wing,
         };
         Ok(end.log_gradient(&scene.camera))
     }
@@ -80,14 +77,14 @@ impl Run {
 
     /// Unit vector from the run to its neighbour on that side.
     pub fn outwards(&self, scene: &Scene, path: &Path, side: Side) -> Result<DVec3, PathError> {
-        let (i, q, _) = self.outermost(side);
+        let (i, q) = self.outermost(side);
         towards(path, scene, i, q)
     }
 
     /// What changes at an end with a specular neighbour q when the run moves along the edge between them: nothing but the edge's
     /// length. The chain beyond q stays, and has no G.
     pub fn specular_end(&self, scene: &Scene, path: &Path, side: Side) -> Result<EndGradient, PathError> {
-        let (i, ..) = self.outermost(side);
+        let (i, _) = self.outermost(side);
         let sigma_t = medium(scene, path, i)?.sigma_t(path.position(scene, i)?);
         let outwards = self.outwards(scene, path, side)?;
         Ok(EndGradient { transmittance: core::array::from_fn(|c| sigma_t[c] * outwards), ..EndGradient::default() })
