@@ -94,6 +94,11 @@
 
 #define VOLGRAD_MATERIAL_DIELECTRIC 2
 
+#define VOLGRAD_MATERIAL_CONDUCTOR 3
+
+// `volgrad_material.flags`: a surface that is not dielectric scatters alike on both sides.
+#define VOLGRAD_MATERIAL_TWO_SIDED 1
+
 #define VOLGRAD_LIGHT_PARALLELOGRAM 0
 
 #define VOLGRAD_LIGHT_TRIANGLE 1
@@ -536,19 +541,20 @@ typedef struct volgrad_medium {
   const void *custom;
 } volgrad_medium;
 
-// A surface's BSDF. Diffuse and mirror are one-sided: black from behind (against the geometric normal).
+// A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
 typedef struct volgrad_material {
   // `VOLGRAD_MATERIAL_*`.
   uint32_t kind;
-  // Reserved; 0.
+  // `VOLGRAD_MATERIAL_TWO_SIDED` or 0.
   uint32_t flags;
-  // Diffuse: albedo. Mirror: reflectance at all angles. In [0, 1].
+  // Diffuse: albedo. Mirror: reflectance at all angles. Conductor: factor on its Fresnel reflectance, usually 1. In [0, 1].
   struct volgrad_rgb reflectance;
   // Dielectric: index of refraction inside over outside; the normal points outside. > 0.
   float eta;
-  // Reserved for rough materials; 0.
+  // Dielectric, conductor: alpha of the isotropic GGX distribution of microfacet normals, >= 1e-4; or 0, a smooth surface. A rough
+  // dielectric's eta is not 1.
   float roughness;
-  // Reserved for conductors; 0.
+  // Conductor: complex index of refraction eta + i k over that outside, per channel; >= 0.
   struct volgrad_rgb conductor_eta;
   struct volgrad_rgb conductor_k;
   // Reserved for callback materials; NULL.

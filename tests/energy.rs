@@ -11,7 +11,9 @@ use toy::scenes::{World, camera, edges_under_area_lights, grid, homogeneous, rec
 use volgrad::math::{Colour, DMat3, DVec3, Rgb};
 use volgrad::medium::Medium;
 use volgrad::sampler;
-use volgrad::scene::{Bsdf, EnvironmentMap, Falloff, Light, running_sums, sums_length};
+use volgrad::scene::{
+    Bsdf, Conductor, EnvironmentMap, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric, running_sums, sums_length,
+};
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
 const WHITE: [f64; 3] = [1.0; 3];
@@ -97,6 +99,43 @@ fn how_often_a_light_is_picked_changes_nothing() {
     let never = estimate(0.0);
     for weight in [0.05, 1.0, 50.0] {
         let other = estimate(weight);
+        let (a, b) = (other.total(), never.total());
+        let z = (a.value - b.value) / a.error.hypot(b.error);
+        println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);
+        assert!(z.abs() < 4.0);
+    }
+}
+
+/// Rough and two-sided surfaces under area lights and a sky: next-event estimation and going on agree, whether shifted or not.
+#[test]
+fn how_often_a_light_is_picked_changes_nothing_on_rough_surfaces() {
+    let ggx = Ggx { alpha: 0.3 };
+    let conductor = Conductor { eta: Colour::splat(0.2), k: Colour::new(3.9, 2.4, 2.2), reflectance: Colour::ONE };
+    let world = |weight: f64| {
+        let fog = homogeneous([0.3, 0.4, 0.5], [0.9, 0.8, 0.7], 0.3);
+        World::new(camera([0.0, 0.0, -2.0], 0.5, 4))
+            .medium([-1.5; 3], [1.5; 3], fog)
+            .surface(
+                rectangle([-2.0, -1.2, -2.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]),
+                Bsdf::RoughConductor(RoughConductor { conductor, ggx }),
+            )
+            .surface(
+                rectangle([-1.2, -1.0, 0.4], [1.0, 0.0, 0.3], [0.0, 2.0, 0.0]),
+                Bsdf::RoughDielectric(RoughDielectric { eta: 1.5, ggx }),
+            )
+            .surface(
+                rectangle([0.3, -1.0, 0.2], [1.0, 0.0, 0.3], [0.0, 2.0, 0.0]),
+                Bsdf::TwoSided(Reflector::Diffuse { albedo: Colour::splat(0.7) }),
+            )
+            .area_light([-1.5, 1.3, -1.5], [3.0, 0.0, 0.0], [0.0, 0.0, 3.0], 1.0, weight)
+            .light(Light::Environment { radiance: Colour::splat(0.3) }, weight)
+            .light(Light::Point { position: DVec3::new(0.0, 9.0, 0.0), intensity: Colour::ZERO }, 1.0)
+    };
+    let shift = shift::Options { mode: Mode::Exact, kernel: Kernel::Disk, radius: Radius::Pixels(1.0), count: 3 };
+    let estimate = |weight, shift| Estimate::of_path_tracer(&world(weight), options(5, shift), 512 * scale());
+    let never = estimate(0.0, None);
+    for (weight, shift) in [(1.0, None), (50.0, None), (1.0, Some(shift))] {
+        let other = estimate(weight, shift);
         let (a, b) = (other.total(), never.total());
         let z = (a.value - b.value) / a.error.hypot(b.error);
         println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);

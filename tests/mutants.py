@@ -173,6 +173,13 @@ MUTANTS = [
         "energy furnace_under_an_environment_map",
     ),
     Mutant(
+        "next-event estimation under a constant sky only reflects on rough glass",
+        "src/sampler/next_event.rs",
+        "vertex.sample(u, rest)",
+        "vertex.sample(u, 0.0 * rest)",
+        "energy how_often_a_light_is_picked_changes_nothing_on_rough_surfaces",
+    ),
+    Mutant(
         "roulette's survival is missing in next-event estimation's MIS weight",
         "src/sampler/next_event.rs",
         "survival * vertex.pdf(direction) * mean(transmittance) * geometry",

@@ -5,7 +5,7 @@ use super::types::*;
 use crate::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3};
 use crate::medium::NONE;
 use crate::phase::Phase;
-use crate::scene::{Bsdf, Camera, EnvironmentMap, Falloff, Light};
+use crate::scene::{Bsdf, Camera, Conductor, EnvironmentMap, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric};
 use core::ffi::CStr;
 
 /// Names what is checked: the field, and which element of its array.
@@ -150,18 +150,57 @@ pub fn grid_transform(m: &volgrad_medium, i: usize) -> Result<DAffine3, Fault> {
 }
 
 pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
-    let conductor = [m.conductor_eta.wide(), m.conductor_k.wide()] != [Colour::ZERO; 2];
-    if m.flags != 0 || m.roughness != 0.0 || conductor || !m.custom.is_null() {
+    if !m.custom.is_null() {
         return Place(c"materials: a reserved field", i).range();
     }
+    if m.flags & !VOLGRAD_MATERIAL_TWO_SIDED != 0 {
+        return Place(c"materials.flags", i).kind();
+    }
+    if m.kind == VOLGRAD_MATERIAL_DIELECTRIC {
+        return dielectric(m, i);
+    }
+    let reflector = reflector(m, i)?;
+    Ok(if m.flags == VOLGRAD_MATERIAL_TWO_SIDED { Bsdf::TwoSided(reflector) } else { reflector.into() })
+}
+
+fn reflector(m: &volgrad_material, i: usize) -> Result<Reflector, Fault> {
     let reflectance = || Place(c"materials.reflectance", i).colour(m.reflectance, share);
     match m.kind {
-        VOLGRAD_MATERIAL_DIFFUSE => Ok(Bsdf::Diffuse { albedo: reflectance()? }),
-        VOLGRAD_MATERIAL_MIRROR => Ok(Bsdf::Mirror { reflectance: reflectance()? }),
-        VOLGRAD_MATERIAL_DIELECTRIC => Ok(Bsdf::Dielectric { eta: Place(c"materials.eta", i).number(m.eta, positive)? }),
+        VOLGRAD_MATERIAL_DIFFUSE => Ok(Reflector::Diffuse { albedo: reflectance()? }),
+        VOLGRAD_MATERIAL_MIRROR => Ok(Reflector::Mirror { reflectance: reflectance()? }),
+        VOLGRAD_MATERIAL_CONDUCTOR => {
+            let eta = Place(c"materials.conductor_eta", i).colour(m.conductor_eta, not_negative)?;
+            let k = Place(c"materials.conductor_k", i).colour(m.conductor_k, not_negative)?;
+            let conductor = Conductor { eta, k, reflectance: reflectance()? };
+            Ok(match roughness(m, i)? {
+                Some(ggx) => Reflector::RoughConductor(RoughConductor { conductor, ggx }),
+                None => Reflector::Conductor(conductor),
+            })
+        }
         _ => Place(c"materials.kind", i).kind(),
     }
 }
+
+fn dielectric(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
+    let place = Place(c"materials.eta", i);
+    match roughness(m, i)? {
+        Some(ggx) => {
+            let eta = place.number(m.eta, |eta| eta > 0.0 && eta != 1.0)?;
+            Ok(Bsdf::RoughDielectric(RoughDielectric { eta, ggx }))
+        }
+        None => Ok(Bsdf::Dielectric { eta: place.number(m.eta, positive)? }),
+    }
+}
+
+/// None: a smooth surface.
+fn roughness(m: &volgrad_material, i: usize) -> Result<Option<Ggx>, Fault> {
+    let allowed = |alpha: f64| alpha == 0.0 || alpha >= LEAST_ROUGHNESS;
+    let alpha = Place(c"materials.roughness", i).number(m.roughness, allowed)?;
+    Ok((alpha > 0.0).then_some(Ggx { alpha }))
+}
+
+/// Below it, f_r is too high and narrow for the single precision of hits; Mitsuba 3 has the same bound.
+const LEAST_ROUGHNESS: f64 = 1e-4_f32 as f64;
 
 /// A light; `map` makes the map of an environment map from its orientation and scale.
 pub fn light<'a>(

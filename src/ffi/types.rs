@@ -119,22 +119,27 @@ pub struct volgrad_medium {
 pub const VOLGRAD_MATERIAL_DIFFUSE: u32 = 0;
 pub const VOLGRAD_MATERIAL_MIRROR: u32 = 1;
 pub const VOLGRAD_MATERIAL_DIELECTRIC: u32 = 2;
+pub const VOLGRAD_MATERIAL_CONDUCTOR: u32 = 3;
 
-/// A surface's BSDF. Diffuse and mirror are one-sided: black from behind (against the geometric normal).
+/// `volgrad_material.flags`: a surface that is not dielectric scatters alike on both sides.
+pub const VOLGRAD_MATERIAL_TWO_SIDED: u32 = 1;
+
+/// A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_material {
     /// `VOLGRAD_MATERIAL_*`.
     pub kind: u32,
-    /// Reserved; 0.
+    /// `VOLGRAD_MATERIAL_TWO_SIDED` or 0.
     pub flags: u32,
-    /// Diffuse: albedo. Mirror: reflectance at all angles. In [0, 1].
+    /// Diffuse: albedo. Mirror: reflectance at all angles. Conductor: factor on its Fresnel reflectance, usually 1. In [0, 1].
     pub reflectance: Rgb,
     /// Dielectric: index of refraction inside over outside; the normal points outside. > 0.
     pub eta: f32,
-    /// Reserved for rough materials; 0.
+    /// Dielectric, conductor: alpha of the isotropic GGX distribution of microfacet normals, >= 1e-4; or 0, a smooth surface. A rough
+    /// dielectric's eta is not 1.
     pub roughness: f32,
-    /// Reserved for conductors; 0.
+    /// Conductor: complex index of refraction eta + i k over that outside, per channel; >= 0.
     pub conductor_eta: Rgb,
     pub conductor_k: Rgb,
     /// Reserved for callback materials; NULL.

@@ -61,7 +61,7 @@ pub fn sample(
     if vertex.is_specular() {
         return Ok(Outcome::Nothing);
     }
-    let Some((index, light)) = scene.lights.pick(number(numbers, Slot::Light)) else { return Ok(Outcome::Nothing) };
+    let Some((index, light, rest)) = scene.lights.pick(number(numbers, Slot::Light)) else { return Ok(Outcome::Nothing) };
     let pick = scene.lights.probability(index);
     let u = pair(numbers, Slot::LightU, Slot::LightV);
     let aim = match light.sample(u) {
@@ -72,7 +72,7 @@ pub fn sample(
             Aim { next: Next::Point { position, normal }, pdf: pick * pdf, rival: normal.is_some() }
         }
         LightSample::AnyDirection => {
-            let Some(sample) = vertex.sample(u, 0.0) else { return Ok(Outcome::Nothing) };
+            let Some(sample) = vertex.sample(u, rest) else { return Ok(Outcome::Nothing) };
             let Some(pdf) = sample.pdf else { return Ok(Outcome::Nothing) };
             Aim { next: Next::Direction(sample.direction), pdf: pick * pdf, rival: true }
         }

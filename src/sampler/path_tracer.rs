@@ -238,7 +238,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             let density = volume_to_image(&self.scene.camera, &image) * pdf;
             self.record.first(First::Medium(index), image, density, &arrival);
         } else {
-            self.record.later(&arrival, Some(medium.phase), true);
+            self.record.later(&arrival, Some(medium.phase));
         }
         self.medium = index;
         let scatterer = Scatterer::Medium(medium.phase);
@@ -251,7 +251,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let weight = Colour::splat(1.0 / probability);
         if hit.kind != HIT_SURFACE {
             let arrival = self.arrival(Next::Direction(self.direction), length, optical_depth, hit.media(), weight);
-            self.record.later(&arrival, None, true);
+            self.record.later(&arrival, None);
             if depth > 1 {
                 self.meet(self.scene.lights.environment?, 1.0, probability);
             }
@@ -263,8 +263,8 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let next = Next::Point { position, normal: Some(normal) };
         let arrival = self.arrival(next, length, optical_depth, hit.media(), weight);
         if depth > 1 {
-            self.record.later(&arrival, None, !bsdf.is_specular());
-        } else if !bsdf.is_specular() {
+            self.record.later(&arrival, None);
+        } else if shift::moves_on(bsdf) {
             let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: length };
             self.record.first(First::surface(&hit), image, probability, &arrival);
         }
@@ -308,6 +308,9 @@ impl<'a, Q: Queries> Walk<'a, Q> {
 
     /// Next-event estimation at a vertex, then a new direction. False: the path ends.
     fn scatter(&mut self, depth: u32, vertex: &Vertex, numbers: &VertexNumbers) -> Result<bool, Stop> {
+        if matches!(vertex.interaction.scatterer, Scatterer::Surface { bsdf, .. } if !bsdf.is_lambertian()) {
+            self.record.depends_on_direction();
+        }
         let survival = self.survival(depth);
         let origin = |direction| self.origin_of(vertex, direction);
         match next_event::sample(self.scene, self.queries, &vertex.interaction, survival, numbers, origin)? {

@@ -72,12 +72,12 @@ impl Record {
         self.stage = Stage::First;
     }
 
-    /// A later vertex; `connectable` unless it is specular.
-    pub fn later(&mut self, arrival: &Arrival, phase: Option<Phase>, connectable: bool) {
+    /// A later vertex.
+    pub fn later(&mut self, arrival: &Arrival, phase: Option<Phase>) {
         match self.stage {
             Stage::Leaving { pdf } => {
                 let geometry = arrival.next.geometry(arrival.direction, arrival.distance);
-                if !connectable || !(geometry > 0.0) {
+                if !(geometry > 0.0) {
                     self.stage = Stage::Plain;
                     return;
                 }
@@ -90,6 +90,13 @@ impl Record {
             }
             Stage::Beyond { .. } => self.rest *= arrival.weight * arrival.transmittance,
             _ => {}
+        }
+    }
+
+    /// At a surface whose f_r depends on the directions: what scatters at x_2 then depends on x_1 and stays.
+    pub fn depends_on_direction(&mut self) {
+        if let Stage::Second { .. } = self.stage {
+            self.stage = Stage::Plain;
         }
     }
 

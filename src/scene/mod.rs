@@ -5,7 +5,7 @@ mod camera;
 mod light;
 mod query;
 
-pub use bsdf::{Bsdf, BsdfSample};
+pub use bsdf::{Bsdf, BsdfSample, Conductor, Ggx, Reflector, RoughConductor, RoughDielectric};
 pub use camera::{Camera, CameraRay, ImagePoint};
 pub use light::{EnvironmentMap, Falloff, Light, LightSample, Lights, accumulate, running_sums, sums_length};
 pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};

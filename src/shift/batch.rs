@@ -2,12 +2,12 @@
 //!
 //! Differs from [Lu20 alg. 2]: the radius does not shrink within a batch, and the unbiased modes evaluate f(y), visibility included.
 
-use super::link::{First, LinkValue, MAX_LINKS, MAX_WINGS, Shiftable, camera_line, link_geometry, towards};
+use super::link::{First, LinkValue, MAX_LINKS, MAX_WINGS, Shiftable, camera_line, link_geometry, moves_on, towards};
 use super::weight::{exact, exchangeable, log_linear};
 use super::{MAX_SHIFTS, Mode, Options};
 use crate::math::{Colour, DVec2, DVec3, transmittance, uniform_disk};
 use crate::medium::{Line, optical_depth};
-use crate::scene::{Bsdf, HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
 
 /// What became of a batch's offsets; those that change several contributions differently count once for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -183,7 +183,7 @@ impl<Q: Queries> Batch<'_, Q> {
             |scene, member, hit| {
                 let bsdf = scene.materials.get(hit.material as usize);
                 let Some(image) = &mut member.image else { return };
-                if bsdf.is_none_or(Bsdf::is_specular) {
+                if !bsdf.is_some_and(moves_on) {
                     return;
                 }
                 image.distance = image.ray.start + f64::from(hit.t);

@@ -8,7 +8,7 @@ use crate::math::{Colour, DVec3, luminance, transmittance};
 use crate::medium::{Line, Medium, NONE, Segment, optical_depth};
 use crate::path::{Neighbour, Node, Path, PathError, PathErrorKind, Wing, factors};
 use crate::phase::Phase;
-use crate::scene::{Camera, Hit, ImagePoint, MAX_SEGMENTS, Scene, surface_epsilon};
+use crate::scene::{Bsdf, Camera, Hit, ImagePoint, MAX_SEGMENTS, Scene, surface_epsilon};
 
 /// The neighbour of x towards the light.
 #[derive(Clone, Copy, Debug)]
@@ -139,6 +139,11 @@ pub enum First {
     Surface { material: u32, normal: DVec3, medium: u32 },
 }
 
+/// Whether a first vertex on such a surface may move.
+pub fn moves_on(bsdf: &Bsdf) -> bool {
+    !bsdf.is_specular() && bsdf.is_one_sided()
+}
+
 impl First {
     /// The surface that a ray from the camera hit.
     pub fn surface(hit: &Hit) -> Self {
@@ -266,7 +271,7 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Sh
     let x = vertex.position.wide();
     let first = match path.node(scene, 1)? {
         Node::Medium(_) => First::Medium(vertex.index),
-        Node::Surface(bsdf) if !bsdf.is_specular() => {
+        Node::Surface(bsdf) if moves_on(bsdf) => {
             let normal = vertex.normal.wide().normalize_or_zero();
             let medium = path.edge(scene, 1)?.segments.first().map_or(NONE, |segment| segment.medium);
             First::Surface { material: vertex.index, normal, medium }
@@ -274,7 +279,12 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Sh
         _ => return Ok(None),
     };
     let next_node = path.node(scene, 2)?;
-    if next_node.is_specular() || matches!(next_node, Node::Light(light) if light.has_profile()) {
+    let fixed = match next_node {
+        Node::Surface(bsdf) => !bsdf.is_lambertian(),
+        Node::Light(light) => light.has_profile(),
+        _ => false,
+    };
+    if fixed {
         return Ok(None);
     }
     let image = scene.camera.project(x).ok_or(PathErrorKind::ZeroContribution.at(1))?;

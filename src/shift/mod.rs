@@ -10,4 +10,4 @@ mod weight;
 
 pub use batch::{BatchStats, shift};
 pub use kernel::{Kernel, MAX_SHIFTS, Mode, Options, Radius};
-pub use link::{First, Link, Next, Shiftable, from_path, towards, volume_to_image};
+pub use link::{First, Link, Next, Shiftable, from_path, moves_on, towards, volume_to_image};

@@ -115,7 +115,7 @@ static void test_media(void) {
 
 static void test_materials_and_lights(void) {
     volgrad_material *m = s.materials;
-    KIND(m[GLASS].kind = 3, "materials.kind", GLASS);
+    KIND(m[GLASS].kind = 4, "materials.kind", GLASS);
     NOT_FINITE_RGB(m[DIFFUSE].reflectance, "materials.reflectance", DIFFUSE);
     NOT_FINITE_RGB(m[MIRROR].reflectance, "materials.reflectance", MIRROR);
     RANGE(m[DIFFUSE].reflectance.r = 1.5f, "materials.reflectance", DIFFUSE);
@@ -123,6 +123,19 @@ static void test_materials_and_lights(void) {
     NOT_FINITE(m[GLASS].eta, "materials.eta", GLASS);
     RANGE(m[GLASS].eta = 0, "materials.eta", GLASS);
     RANGE(m[GLASS].eta = -1.5f, "materials.eta", GLASS);
+
+    KIND(m[GLASS].flags = 2, "materials.flags", GLASS);
+    NOT_FINITE(m[GLASS].roughness, "materials.roughness", GLASS);
+    RANGE(m[GLASS].roughness = -0.1f, "materials.roughness", GLASS);
+    RANGE(m[GLASS].roughness = 0.9e-4f, "materials.roughness", GLASS);
+    RANGE((m[GLASS].roughness = 0.1f, m[GLASS].eta = 1), "materials.eta", GLASS);
+    RANGE((m[GLASS].roughness = 0.1f, m[GLASS].eta = 0), "materials.eta", GLASS);
+#define METAL m[MIRROR].kind = VOLGRAD_MATERIAL_CONDUCTOR
+    BAD((METAL, m[MIRROR].conductor_eta.g = NAN), VOLGRAD_ERROR_NOT_FINITE, "materials.conductor_eta", MIRROR);
+    RANGE((METAL, m[MIRROR].conductor_eta.r = -1), "materials.conductor_eta", MIRROR);
+    RANGE((METAL, m[MIRROR].conductor_k.b = -1), "materials.conductor_k", MIRROR);
+    RANGE((METAL, m[MIRROR].roughness = -1), "materials.roughness", MIRROR);
+    RANGE((METAL, m[MIRROR].reflectance.r = 2), "materials.reflectance", MIRROR);
 
     volgrad_light *l = s.lights;
     KIND(l[SKY].kind = 8, "lights.kind", SKY);

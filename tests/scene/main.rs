@@ -4,6 +4,7 @@ mod bsdf;
 mod camera;
 mod environment_map;
 mod light;
+mod rough;
 mod spot;
 
 #[path = "../reference/mod.rs"]

@@ -176,8 +176,9 @@ impl<'a> Lights<'a> {
         probability(self.cdf, index as usize)
     }
 
-    pub fn pick(&self, u: f64) -> Option<(u32, &'a Light<'a>)> {
-        let (i, _) = pick(self.cdf, u)?;
-        self.lights.get(i).map(|light| (i as u32, light))
+    /// A light, and what the choice leaves of `u`: a number as uniform as u, in [0, 1].
+    pub fn pick(&self, u: f64) -> Option<(u32, &'a Light<'a>, f64)> {
+        let (i, rest) = pick(self.cdf, u)?;
+        self.lights.get(i).map(|light| (i as u32, light, rest))
     }
 }
