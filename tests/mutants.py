@@ -237,6 +237,13 @@ MUTANTS = [
         "by_direction / self.distance",
         "gradients profile",
     ),
+    Mutant(
+        "profiles: a BSDF's gradients by its two directions are swapped",
+        "src/path/gradient/neighbour.rs",
+        "bsdf.log_gradient(normal, to_x()?, to_other()?).0",
+        "bsdf.log_gradient(normal, to_x()?, to_other()?).1",
+        "gradients profile",
+    ),
     # Exactness.
     Mutant(
         "numbers depend on the pixel only",

@@ -238,6 +238,29 @@ static void test_runs_beside_mirrors(void) {
     REFUSED(d, volgrad_path_run_log_derivative(scene, &mirrored, 2, 1, &d), VOLGRAD_ERROR_NOT_MOVABLE); /* held at both ends */
 }
 
+/* The factors add up to the whole, with a rough metal in the place of the mirror. */
+static void test_sums(small_scene *s) {
+    void *memory;
+    s->materials[MIRROR].kind = VOLGRAD_MATERIAL_CONDUCTOR, s->materials[MIRROR].roughness = 0.5f;
+    s->materials[MIRROR].conductor_eta = GREY, s->materials[MIRROR].conductor_k = WHITE;
+    const volgrad_scene *rough = scene_make(&s->desc, &memory);
+    volgrad_vertex metal = {0};
+    metal.kind = VOLGRAD_VERTEX_SURFACE, metal.index = MIRROR;
+    metal.position = vec(1, 1, 4), metal.normal = vec(0, 0, -1);
+    volgrad_path scattered = long_path(metal);
+    volgrad_gradient g;
+    CHECK_STATUS(volgrad_path_run_log_gradient(rough, &scattered, 2, 1, &g), VOLGRAD_OK);
+    CHECK(g.profile_next[0].x != 0 && g.profile_next[2].z != 0 && g.profile_previous[0].x == 0);
+    for (int c = 0; c < 3; c++) {
+        float transmittance = g.transmittance_previous[c].z + g.transmittance_inside[c].z + g.transmittance_next[c].z;
+        float phases = g.phase_previous.z + g.phase_apex.z + g.phase_next.z;
+        float rest = g.scattering.z + g.geometry_previous.z + g.geometry_next.z + g.importance.z;
+        float profiles = g.profile_previous[c].z + g.profile_next[c].z;
+        CHECK_NEAR(g.rgb[c].z, transmittance + phases + rest + profiles, 1e-5);
+    }
+    free(memory);
+}
+
 int main(void) {
     small_scene s;
     void *memory;
@@ -249,5 +272,6 @@ int main(void) {
     test_runs();
     test_runs_beside_mirrors();
     free(memory);
+    test_sums(&s);
     return check_end();
 }

@@ -8,6 +8,7 @@ use crate::reference::{
     camera::Camera as ReferenceCamera,
     grid::Grid as ReferenceGrid,
     medium::{Density as ReferenceDensity, Medium as ReferenceMedium},
+    microfacets::Microfacets,
     path::{Path as ReferencePath, Vertex as ReferenceVertex},
     phase::Phase as ReferencePhase,
     segments::Edge,
@@ -18,7 +19,10 @@ use volgrad::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3, orthonormal_basis
 use volgrad::medium::{Brick, Density, EdgeMoments, Grid, Line, Medium, NONE, Segment, brick_counts, build_bricks};
 use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};
 use volgrad::phase::Phase;
-use volgrad::scene::{Bsdf, Camera, EnvironmentMap, Falloff, Light, Lights, Scene, running_sums, sums_length};
+use volgrad::scene::{
+    Bsdf, Camera, Conductor, EnvironmentMap, Falloff, Ggx, Light, Lights, RoughConductor, RoughDielectric, Scene, running_sums,
+    sums_length,
+};
 
 pub fn vec(v: reference_vector::Vec3) -> DVec3 {
     DVec3::from_array(v)
@@ -55,6 +59,7 @@ pub fn rounded_path(path: &ReferencePath) -> ReferencePath {
                 *position = rounded(*position);
             }
             ReferenceVertex::Diffuse { position, normal, .. }
+            | ReferenceVertex::Rough { position, normal, .. }
             | ReferenceVertex::Mirror { position, normal, .. }
             | ReferenceVertex::AreaLight { position, normal, .. } => {
                 (*position, *normal) = (rounded(*position), rounded(*normal));
@@ -175,6 +180,17 @@ fn facing(vertex: Vertex, normal: reference_vector::Vec3) -> Vertex {
     Vertex { normal: single(normal), shading_normal: single(normal), ..vertex }
 }
 
+fn rough(alpha: f64, microfacets: Microfacets) -> Bsdf {
+    let ggx = Ggx { alpha };
+    match microfacets {
+        Microfacets::Conductor { eta, k } => {
+            let conductor = Conductor { eta: vec(eta), k: vec(k), reflectance: Colour::ONE };
+            Bsdf::RoughConductor(RoughConductor { conductor, ggx })
+        }
+        Microfacets::Dielectric { eta } => Bsdf::RoughDielectric(RoughDielectric { eta, ggx }),
+    }
+}
+
 /// A map that is never freed: tests have few.
 fn sky(texels: &[reference_vector::Rgb; 12]) -> EnvironmentMap<'static> {
     let texels: Vec<Rgb> = texels.iter().map(|&texel| vec(texel).into()).collect();
@@ -219,6 +235,9 @@ impl HostPath {
             ReferenceVertex::Medium { position, medium } => Vertex { index: medium as u32, ..at(VERTEX_MEDIUM, position) },
             ReferenceVertex::Diffuse { position, normal, albedo } => {
                 self.surface(position, normal, Bsdf::Diffuse { albedo: vec(albedo) })
+            }
+            ReferenceVertex::Rough { position, normal, alpha, microfacets } => {
+                self.surface(position, normal, rough(alpha, microfacets))
             }
             ReferenceVertex::Mirror { position, normal, reflectance } => {
                 self.surface(position, normal, Bsdf::Mirror { reflectance: vec(reflectance) })

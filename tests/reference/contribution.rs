@@ -100,6 +100,9 @@ fn profile(world: &World, path: &Path, i: usize) -> Rgb {
                 dot(normal, path.direction_to_previous(world, i)) > 0.0 && dot(normal, path.direction_to_next(world, i)) > 0.0;
             if in_front { scale(1.0 / PI, albedo) } else { ZERO }
         }
+        Vertex::Rough { normal, alpha, microfacets, .. } => {
+            microfacets.value(alpha, normal, path.direction_to_previous(world, i), path.direction_to_next(world, i))
+        }
         Vertex::Mirror { reflectance, .. } => reflectance,
         _ => ONE,
     }

@@ -1,6 +1,6 @@
 //! Light paths x_0 … x_k: x_0 is the camera, x_k a light, and what is between are medium or surface points.
 
-use super::{segments::Edge, vector::*, world::World};
+use super::{microfacets::Microfacets, segments::Edge, vector::*, world::World};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex {
@@ -10,6 +10,8 @@ pub enum Vertex {
     Medium { position: Vec3, medium: usize },
     /// A Lambert surface that reflects on the side its unit normal points to, and is black on the other.
     Diffuse { position: Vec3, normal: Vec3, albedo: Rgb },
+    /// A rough surface; `alpha` is the roughness.
+    Rough { position: Vec3, normal: Vec3, alpha: f64, microfacets: Microfacets },
     /// A perfect mirror on the side its unit normal points to. It is where its neighbours see each other in it.
     Mirror { position: Vec3, normal: Vec3, reflectance: Rgb },
     /// Emits constant radiance on the side its unit normal points to.
@@ -40,7 +42,7 @@ impl Vertex {
 
     /// Does what it scatters or emits depend on the direction, other than by a phase function?
     pub fn has_profile(&self) -> bool {
-        matches!(self, Vertex::Spot { .. })
+        matches!(self, Vertex::Rough { .. } | Vertex::Spot { .. })
     }
 
     pub fn is_at_infinity(&self) -> bool {
@@ -53,6 +55,7 @@ impl Vertex {
             Vertex::Camera => world.camera.position,
             Vertex::Medium { position, .. }
             | Vertex::Diffuse { position, .. }
+            | Vertex::Rough { position, .. }
             | Vertex::Mirror { position, .. }
             | Vertex::AreaLight { position, .. }
             | Vertex::Spot { position, .. }
@@ -67,7 +70,7 @@ impl Vertex {
     pub fn cosine_normal(&self, world: &World) -> Option<Vec3> {
         match *self {
             Vertex::Camera => Some(world.camera.forward),
-            Vertex::Diffuse { normal, .. } | Vertex::AreaLight { normal, .. } => Some(normal),
+            Vertex::Diffuse { normal, .. } | Vertex::Rough { normal, .. } | Vertex::AreaLight { normal, .. } => Some(normal),
             _ => None,
         }
     }

@@ -3,6 +3,7 @@
 use super::{
     differences::is_smooth,
     medium::Density,
+    microfacets::{Microfacets, passing_cosine},
     path::{Path, Vertex},
     random::*,
     vector::*,
@@ -21,8 +22,17 @@ pub const PATTERNS: [&str; 18] = [
 pub const MIRROR_PATTERNS: [&str; 12] =
     ["CMXP", "CMXA", "CMXE", "CMXMP", "CMMXDA", "CDMMMXXS", "CXMP", "CXMMA", "CXXMDP", "CDXMMME", "CMMXMMXP", "CDMXDMP"];
 
-/// Paths whose medium vertices are next to what looks different from different directions: spot lights (O), environment maps (K).
-pub const PROFILE_PATTERNS: [&str; 7] = ["CMO", "CMMO", "CDMO", "CMMDMO", "CMK", "CDMMK", "CMDK"];
+/// Paths whose medium vertices are next to what looks different from different directions: rough conductors (R), rough
+/// glass that reflects (G) or that light passes through (T), spot lights (O), environment maps (K).
+pub const PROFILE_PATTERNS: [&str; 18] = [
+    "CMO", "CMMO", "CDMO", "CMMDMO", "CMK", "CDMMK", "CMDK", "CMRP", "CRMP", "CMMRMA", "CRMO", "CMGA", "CGMMP", "CMGMO",
+    "CMTP", "CTMMA", "CMTMO", "CRMTMGP",
+];
+/// Not so smooth that a lobe is narrow against the steps of differences.
+const LEAST_ALPHA: f64 = 0.3;
+/// A metal like copper, glass.
+const COPPER: Microfacets = Microfacets::Conductor { eta: [0.2, 0.9, 1.1], k: [3.9, 2.5, 2.4] };
+const GLASS: f64 = 1.5;
 /// Half angles of a spot light's cones, radians, and how far a vertex stays away from them.
 const CONES: [f64; 2] = [0.2, 1.4];
 const CONE_CLEARANCE: f64 = 0.1;
@@ -39,7 +49,8 @@ pub fn random_path(rng: &mut Pcg64, world: &World, pattern: &str) -> Path {
     loop {
         let vertices = pattern.chars().map(|kind| random_vertex(rng, world, kind)).collect();
         let mut path = Path { vertices };
-        if is_well_separated(world, &path) && turn_normals(rng, world, &mut path) && all_moves_are_smooth(world, &path) {
+        if is_well_separated(world, &path) && turn_normals(rng, world, pattern, &mut path) && all_moves_are_smooth(world, &path)
+        {
             return path;
         }
     }
@@ -53,6 +64,10 @@ fn random_vertex(rng: &mut Pcg64, world: &World, kind: char) -> Vertex {
         'C' => Vertex::Camera,
         'M' => random_medium_vertex(rng, world),
         'D' => Vertex::Diffuse { position, normal, albedo: random_vector(rng, 0.2, 0.9) },
+        'R' | 'G' | 'T' => {
+            let microfacets = if kind == 'R' { COPPER } else { Microfacets::Dielectric { eta: GLASS } };
+            Vertex::Rough { position, normal, alpha: uniform(rng, LEAST_ALPHA, 0.7), microfacets }
+        }
         'X' => Vertex::Mirror { position, normal, reflectance: [0.7; 3] },
         'A' => Vertex::AreaLight { position, normal, radiance: light },
         'O' => Vertex::Spot { position, axis: normal, inner: CONES[0], outer: CONES[1], intensity: light },
@@ -95,20 +110,33 @@ fn is_well_separated(world: &World, path: &Path) -> bool {
 
 /// Gives surfaces and lights a normal that all their neighbours are in front of, and mirrors the one between their neighbours; false
 /// if none is found.
-fn turn_normals(rng: &mut Pcg64, world: &World, path: &mut Path) -> bool {
+fn turn_normals(rng: &mut Pcg64, world: &World, pattern: &str, path: &mut Path) -> bool {
     let k = path.edge_count();
     for i in 1..=k {
         let mut neighbours = vec![path.direction_to_previous(world, i)];
         if i < k {
             neighbours.push(path.direction_to_next(world, i));
         }
-        if let Vertex::Diffuse { normal, .. } | Vertex::AreaLight { normal, .. } = &mut path.vertices[i] {
+        let passes = pattern.as_bytes()[i] == b'T';
+        if passes {
+            let front = usize::from(uniform(rng, 0.0, 1.0) < 0.5);
+            neighbours[1 - front] = scale(-1.0, neighbours[1 - front]);
+        }
+        if let Vertex::Diffuse { normal, .. } | Vertex::Rough { normal, .. } | Vertex::AreaLight { normal, .. } =
+            &mut path.vertices[i]
+        {
             let candidates = [0; 20].map(|_| random_direction(rng));
             let good = |n: &&Vec3| neighbours.iter().all(|&u| dot(**n, u) > LEAST_COSINE);
             let Some(found) = candidates.iter().find(good) else {
                 return false;
             };
             *normal = *found;
+            if passes {
+                let (c, l) = (path.direction_to_previous(world, i), path.direction_to_next(world, i));
+                if passing_cosine(*found, c, l, GLASS) < LEAST_COSINE {
+                    return false;
+                }
+            }
         }
         if let Vertex::Spot { axis, .. } = &mut path.vertices[i] {
             let turned = random_direction(rng);
