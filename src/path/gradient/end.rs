@@ -104,5 +104,5 @@ pub fn log_gradient(camera: &Camera, m: &Move) -> Option<LogGradient> {
         end(Side::Previous, to_next, m.previous, m.previous_line, m.previous_wing),
         end(Side::Next, to_previous, m.next, m.next_line, m.next_wing),
     ];
-    Some(LogGradient { scattering: m.medium.density.log_gradient(m.x)?, ..LogGradient::of_ends(ends) })
+    Some(LogGradient { scattering: m.medium.log_sigma_s_gradient(m.x)?, ..LogGradient::of_ends(ends) })
 }

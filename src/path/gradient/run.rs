@@ -64,7 +64,7 @@ impl Run {
     pub fn log_gradient(&self, scene: &Scene, path: &Path, ends: [EndGradient; 2]) -> Result<LogGradient, PathError> {
         let mut sum = LogGradient::of_ends(ends);
         for i in self.first..=self.last {
-            let gradient = medium(scene, path, i)?.density.log_gradient(path.position(scene, i)?);
+            let gradient = medium(scene, path, i)?.log_sigma_s_gradient(path.position(scene, i)?);
             sum.scattering += gradient.ok_or(PathErrorKind::ZeroContribution.at(i))?;
         }
         for i in self.first..self.last {
