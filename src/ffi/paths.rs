@@ -231,7 +231,8 @@ pub unsafe extern "C" fn volgrad_path_log_gradient(
 /// The gradient of log f when `count` consecutive medium vertices, from number `first` on, move by the same offset and the others stay:
 /// the sum of the gradients of each, without what cancels: distances and angles inside the run stay, and with them its geometry terms and
 /// phase functions. [Lu20 (29)], for each vertex of the run.
-/// Costs the optical depths with gradients of `count` + 1 edges, and f once. Checks kinds and indices, nothing else.
+/// Costs the optical depths with gradients of `count` + 1 edges, and f once, but for the transmittance of edges in grey media. Checks kinds
+/// and indices, nothing else.
 /// `VOLGRAD_ERROR_INDEX`: the run is empty or goes beyond the path; `VOLGRAD_ERROR_NOT_MOVABLE`: one of its vertices is not in a medium, or
 /// a neighbour of the run is specular (`volgrad_path_run_log_derivative` is for that); `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
 #[unsafe(no_mangle)]
@@ -255,8 +256,8 @@ pub unsafe extern "C" fn volgrad_path_run_log_gradient(
 /// vector towards the specular vertex next to the run (one after it or before it, not both), short of reaching it. The specular chain
 /// stays as it is. f is in (direction, distance) measure along that chain, as `volgrad_path_contribution` gives it: shifts of delta keep
 /// that measure, so that f(moved)/f(here) is the weight of a shift. Replaces the gradient of the specular edge's geometry term of [Lu20,
-/// section 5.1]: that edge has none. Costs the optical depths with gradients of `count` edges, and f once. Checks kinds and indices,
-/// nothing else.
+/// section 5.1]: that edge has none. Costs the optical depths with gradients of `count` edges, and f once, as above. Checks kinds and
+/// indices, nothing else.
 /// `VOLGRAD_ERROR_INDEX`: the run is empty or goes beyond the path; `VOLGRAD_ERROR_NOT_MOVABLE`: one of its vertices is not in a medium,
 /// both neighbours of the run are specular, or neither (it moves freely then: `volgrad_path_run_log_gradient`);
 /// `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.

@@ -35,12 +35,18 @@ pub fn contribution(scene: &Scene, path: &Path) -> Result<Colour, PathError> {
 
 /// The factors at vertex `i`.
 pub fn factors(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathError> {
-    let vertex = vertex_factor(scene, path, i)?;
+    let factors = in_vacuum(scene, path, i)?;
     if i + 1 == path.vertices.len() {
-        return Ok(Factors { vertex, geometry: 1.0, transmittance: Colour::ONE });
+        return Ok(factors);
     }
-    let line = path.edge(scene, i)?;
-    Ok(Factors { vertex, geometry: geometry(scene, path, i)?, transmittance: transmittance(optical_depth(&line)) })
+    Ok(Factors { transmittance: transmittance(optical_depth(&path.edge(scene, i)?)), ..factors })
+}
+
+/// The factors at vertex `i` but for transmittance, which costs the most.
+pub(super) fn in_vacuum(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathError> {
+    let vertex = vertex_factor(scene, path, i)?;
+    let geometry = if i + 1 == path.vertices.len() { 1.0 } else { geometry(scene, path, i)? };
+    Ok(Factors { vertex, geometry, transmittance: Colour::ONE })
 }
 
 /// Unit vector from vertex i to a neighbour of it.

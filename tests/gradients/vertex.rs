@@ -15,7 +15,7 @@ use super::{
         scenes::sheared,
         selftest::{Worst, for_each_path, for_each_vertex, neighbour_kinds},
         vector::*,
-        world::World,
+        world::{Region, World},
     },
     scene_named, simple_path,
 };
@@ -165,6 +165,32 @@ fn only_free_medium_vertices_have_gradients() {
             assert_eq!(gradient_error(&specular, path, 2), Some(PathErrorKind::NotMovable), "{material:?}");
         }
     });
+}
+
+/// log f is finite where f is smaller than any number.
+#[test]
+fn dark_paths_have_gradients() {
+    for sigma_t in [[4e3; 3], [4e3, 5e3, 6e3]] {
+        let (mut world, path) = simple_path("CMA");
+        world.media[0].sigma_t = sigma_t;
+        let [f, gradient] = with_path(&world, &path, Bricks::Built, |scene, path| {
+            let f = path::contribution(scene, path).expect("a valid path");
+            [f, path_log_gradient(scene, path, 1).expect("log f is finite").luminance]
+        });
+        let expected = log_gradient(&world, &path, 1).total(0);
+        assert_eq!(f, Colour::ZERO);
+        // Of three channels the red one is by far the brightest.
+        assert!(distance(gradient.to_array(), expected) < GRADIENT_TOLERANCE * length(expected), "{gradient}, {expected:?}");
+    }
+}
+
+/// No light comes from a sky behind a medium without end.
+#[test]
+fn endless_media_hide_the_sky() {
+    let (mut world, path) = simple_path("CMDE");
+    world.regions = vec![Region::everywhere(0)];
+    let error = with_path(&world, &path, Bricks::Built, |scene, path| gradient_error(scene, path, 1));
+    assert_eq!(error, Some(PathErrorKind::ZeroContribution));
 }
 
 /// log 0 has no gradient: nothing scatters at x, the light faces away, or it is black.

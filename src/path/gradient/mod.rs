@@ -11,8 +11,10 @@ pub use end::{Move, log_gradient};
 pub use neighbour::{Neighbour, Wing, wing_log_gradient};
 pub use specular::{LogDerivative, path_run_log_derivative};
 
-use super::{Path, PathError, PathErrorKind, factors};
-use crate::math::{Colour, DVec3, LUMINANCE, luminance};
+use super::contribution::in_vacuum;
+use super::{Path, PathError, PathErrorKind};
+use crate::math::{Colour, DVec3, LUMINANCE, luminance, transmittance};
+use crate::medium::{Line, optical_depth};
 use crate::scene::Scene;
 use run::{Run, Side};
 
@@ -78,16 +80,29 @@ pub fn path_run_log_gradient(scene: &Scene, path: &Path, first: usize, count: us
     Ok(Gradient { factors, luminance: factors.of_luminance(colour) })
 }
 
-/// f up to a positive factor, kept in range however long the path. An error at vertex `i` if it is 0.
+/// f up to a positive factor, kept in range however long or dark the path. An error at vertex `i` if it is 0.
 fn relative_colour(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathError> {
-    let colour = (0..path.vertices.len()).try_fold(Colour::ONE, |colour, j| {
-        let f = colour * factors(scene, path, j)?.product();
-        let largest = f.max_element();
-        Ok(if largest > 0.0 { f / largest } else { f })
-    })?;
+    let (mut colour, mut depth) = (Colour::ONE, Colour::ZERO);
+    for j in 0..path.vertices.len() {
+        colour *= in_vacuum(scene, path, j)?.product();
+        let largest = colour.max_element();
+        colour = if largest > 0.0 { colour / largest } else { colour };
+        if j + 1 < path.vertices.len() {
+            depth += relative_depth(&path.edge(scene, j)?);
+        }
+    }
+    colour *= transmittance(depth - depth.min_element());
     // Written so that NaN is an error.
     if !(luminance(colour) > 0.0) {
         return Err(PathErrorKind::ZeroContribution.at(i));
     }
     Ok(colour)
+}
+
+/// τ of an edge up to a number that is the same for all channels. Only a light infinitely far away can be hidden by a grey medium.
+fn relative_depth(line: &Line) -> Colour {
+    let media = line.segments.iter().filter_map(|segment| line.media.get(segment.medium as usize));
+    let mut colours = media.map(|medium| medium.sigma_t);
+    let grey = colours.all(|sigma_t| sigma_t.x == sigma_t.y && sigma_t.x == sigma_t.z);
+    if grey && line.length.is_finite() { Colour::ZERO } else { optical_depth(line) }
 }
