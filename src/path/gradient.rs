@@ -174,7 +174,7 @@ pub fn path_log_gradient(scene: &Scene, path: &Path, i: usize) -> Result<Gradien
         previous_wing,
         next_wing,
     };
-    let factors = log_gradient(&scene.camera, &m).ok_or(PathErrorKind::ZeroContribution.at(i))?;
+    let factors = log_gradient(&scene.camera.at(path.position(scene, 0)?), &m).ok_or(PathErrorKind::ZeroContribution.at(i))?;
     let colour = relative_colour(scene, path)?;
     if !(luminance(colour) > 0.0) {
         return Err(PathErrorKind::ZeroContribution.at(i));
