@@ -80,6 +80,8 @@
 
 #define VOLGRAD_CAMERA_PINHOLE 0
 
+#define VOLGRAD_CAMERA_THIN_LENS 1
+
 #define VOLGRAD_PHASE_ISOTROPIC 0
 
 #define VOLGRAD_PHASE_HENYEY_GREENSTEIN 1
@@ -283,8 +285,8 @@ typedef struct volgrad_vertex {
   uint32_t kind;
   // Index into the scene's media, materials or lights, by kind. Unused for the camera.
   uint32_t index;
-  // World position; for an environment or directional light the unit direction towards it. Unused for the camera, whose position
-  // is the scene's.
+  // World position; for an environment or directional light the unit direction towards it. For a thin lens
+  // camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
   struct volgrad_vec3 position;
   // Geometric unit normal of a surface or area light; unused otherwise.
   struct volgrad_vec3 normal;
@@ -501,7 +503,7 @@ typedef struct volgrad_camera {
   uint32_t crop_y1;
   // Medium around the near plane, an index into `volgrad_scene_desc.media`, or `VOLGRAD_NONE`.
   uint32_t medium;
-  // Centre of projection.
+  // Centre of projection, or of the lens.
   struct volgrad_vec3 position;
   // Unit viewing direction.
   struct volgrad_vec3 forward;
@@ -513,9 +515,9 @@ typedef struct volgrad_camera {
   float tan_half_fov_x;
   // Distance of the near plane along `forward`, world units: nothing before it is seen and no medium before it attenuates. 0: none.
   float near_clip;
-  // Lens radius, world units. 0 for a pinhole.
+  // Lens radius, world units: > 0 for a thin lens, 0 for a pinhole. The lens is a disk across `forward`.
   float lens_radius;
-  // Distance of the plane in focus, world units. Unused by a pinhole.
+  // Distance of the plane in focus along `forward`, world units, > 0. Unused by a pinhole.
   float focal_distance;
 } volgrad_camera;
 

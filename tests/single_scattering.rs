@@ -139,7 +139,7 @@ impl Setting {
         let mut mean = 0.0;
         for (x, weight_x) in POINTS {
             for (y, weight_y) in POINTS {
-                let ray = self.world.camera.ray(corner + 0.5 * DVec2::new(1.0 + x, 1.0 + y));
+                let ray = self.world.camera.ray(corner + 0.5 * DVec2::new(1.0 + x, 1.0 + y), DVec2::ZERO);
                 mean += weight_x * weight_y * self.radiance(ray.direction, ray.cosine);
             }
         }

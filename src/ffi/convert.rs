@@ -63,17 +63,12 @@ fn positive(v: f64) -> bool {
 }
 
 pub fn camera(c: &volgrad_camera, media_count: u32) -> Result<Camera, Fault> {
-    if c.kind != VOLGRAD_CAMERA_PINHOLE {
-        return Place(c"camera.kind", 0).kind();
-    }
+    let (lens_radius, focal_distance) = lens(c)?;
     if c.width == 0 || c.height == 0 || c.width > MAX_IMAGE_SIDE || c.height > MAX_IMAGE_SIDE {
         return Place(c"camera.width, camera.height", 0).range();
     }
     if c.crop_x0 >= c.crop_x1 || c.crop_x1 > c.width || c.crop_y0 >= c.crop_y1 || c.crop_y1 > c.height {
         return Place(c"camera.crop_x0 ... camera.crop_y1", 0).range();
-    }
-    if c.lens_radius != 0.0 {
-        return Place(c"camera.lens_radius", 0).range();
     }
     if c.medium != NONE && c.medium >= media_count {
         return Err(VOLGRAD_ERROR_INDEX.at(c"camera.medium", 0));
@@ -94,7 +89,22 @@ pub fn camera(c: &volgrad_camera, media_count: u32) -> Result<Camera, Fault> {
         crop: [c.crop_x0, c.crop_y0, c.crop_x1, c.crop_y1],
         near_clip: Place(c"camera.near_clip", 0).number(c.near_clip, not_negative)?,
         medium: c.medium,
+        lens_radius,
+        focal_distance,
     })
+}
+
+/// Radius and focal distance.
+fn lens(c: &volgrad_camera) -> Result<(f64, f64), Fault> {
+    let radius = Place(c"camera.lens_radius", 0);
+    match c.kind {
+        VOLGRAD_CAMERA_PINHOLE => Ok((radius.number(c.lens_radius, |r| r == 0.0)?, 1.0)),
+        VOLGRAD_CAMERA_THIN_LENS => {
+            let focal_distance = Place(c"camera.focal_distance", 0).number(c.focal_distance, positive)?;
+            Ok((radius.number(c.lens_radius, positive)?, focal_distance))
+        }
+        _ => Place(c"camera.kind", 0).kind(),
+    }
 }
 
 /// Keeps pixel counts within 32 bits.

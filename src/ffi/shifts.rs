@@ -160,11 +160,11 @@ pub unsafe extern "C" fn volgrad_shift_path(
 /// Where the camera sees the path.
 fn first_pixel(scene: &Scene, path: &Path) -> Result<DVec2, Fault> {
     let camera = &scene.camera;
-    let first = path.position(scene, 1)?;
+    let (origin, first) = (path.position(scene, 0)?, path.position(scene, 1)?);
     // A point in the direction of a light at infinity, beyond the near plane.
-    let far = camera.position + first * (1.0 + 2.0 * camera.near_clip / camera.forward.dot(first).abs().max(f64::EPSILON));
+    let far = origin + first * (1.0 + 2.0 * camera.near_clip / camera.forward.dot(first).abs().max(f64::EPSILON));
     let x = if path.node(scene, 1)?.is_direction() { far } else { first };
-    Ok(camera.project(x).ok_or(VOLGRAD_ERROR_ZERO_CONTRIBUTION)?.pixel)
+    Ok(camera.project(x, camera.on_lens(origin)).ok_or(VOLGRAD_ERROR_ZERO_CONTRIBUTION)?.pixel)
 }
 
 /// Single precision, rounded so that the value stays in its pixel.

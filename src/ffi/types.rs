@@ -41,6 +41,7 @@ const _: () = {
 };
 
 pub const VOLGRAD_CAMERA_PINHOLE: u32 = 0;
+pub const VOLGRAD_CAMERA_THIN_LENS: u32 = 1;
 
 /// A camera. The image's x axis is `right`, its first row is at the top (`+up`). The three axes are orthonormal.
 #[repr(C)]
@@ -58,7 +59,7 @@ pub struct volgrad_camera {
     pub crop_y1: u32,
     /// Medium around the near plane, an index into `volgrad_scene_desc.media`, or `VOLGRAD_NONE`.
     pub medium: u32,
-    /// Centre of projection.
+    /// Centre of projection, or of the lens.
     pub position: Vec3,
     /// Unit viewing direction.
     pub forward: Vec3,
@@ -70,9 +71,9 @@ pub struct volgrad_camera {
     pub tan_half_fov_x: f32,
     /// Distance of the near plane along `forward`, world units: nothing before it is seen and no medium before it attenuates. 0: none.
     pub near_clip: f32,
-    /// Lens radius, world units. 0 for a pinhole.
+    /// Lens radius, world units: > 0 for a thin lens, 0 for a pinhole. The lens is a disk across `forward`.
     pub lens_radius: f32,
-    /// Distance of the plane in focus, world units. Unused by a pinhole.
+    /// Distance of the plane in focus along `forward`, world units, > 0. Unused by a pinhole.
     pub focal_distance: f32,
 }
 

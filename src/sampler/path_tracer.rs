@@ -79,8 +79,10 @@ impl<Q: Queries> PathTracer<'_, Q> {
 
     /// A whole path from a pixel's corner and primary sample numbers: its place on the image and its contributions.
     pub fn trace(&self, corner: DVec2, numbers: &mut impl PrimarySample, stats: &mut Stats) -> Result<(DVec2, Record), Stop> {
-        let pixel = corner + pair(&numbers.vertex(0), Slot::DirectionU, Slot::DirectionV);
-        let mut walk = Walk::from_camera(self, pixel, stats);
+        let first = numbers.vertex(0);
+        let pixel = corner + pair(&first, Slot::DirectionU, Slot::DirectionV);
+        let lens = self.scene.camera.lens_point(pair(&first, Slot::LightU, Slot::LightV));
+        let mut walk = Walk::from_camera(self, pixel, lens, stats);
         for depth in 1..=self.options.max_depth {
             let numbers = numbers.vertex(depth);
             let Some(vertex) = walk.advance(depth, &numbers)? else { break };
@@ -133,9 +135,9 @@ struct Vertex<'a> {
 }
 
 impl<'a, Q: Queries> Walk<'a, Q> {
-    fn from_camera(tracer: &'a PathTracer<'a, Q>, pixel: DVec2, stats: &'a mut Stats) -> Self {
+    fn from_camera(tracer: &'a PathTracer<'a, Q>, pixel: DVec2, lens: DVec2, stats: &'a mut Stats) -> Self {
         let camera = &tracer.scene.camera;
-        let ray = camera.ray(pixel);
+        let ray = camera.ray(pixel, lens);
         Self {
             scene: tracer.scene,
             queries: tracer.queries,
@@ -144,7 +146,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             record: Record::new(tracer.options.shift.is_some()),
             pixel,
             camera_ray: ray,
-            origin: camera.position,
+            origin: ray.origin,
             direction: ray.direction,
             start: ray.start,
             t_min: 0.0,

@@ -103,12 +103,13 @@ impl<Q: Queries> Batch<'_, Q> {
             _ => self.path.x,
         };
         let Some((own, others)) = members.split_first_mut() else { return };
+        let lens = camera.on_lens(self.path.image.ray.origin);
         own.y = self.path.x;
         own.image = Some(self.path.image);
         own.links = core::array::from_fn(|i| self.path.value(self.scene, i));
         for member in others {
             member.y = centre + offset();
-            member.image = camera.project(member.y);
+            member.image = camera.project(member.y, lens);
         }
     }
 
@@ -117,6 +118,7 @@ impl<Q: Queries> Batch<'_, Q> {
         let camera = &self.scene.camera;
         let mut offset = || uniform_disk(DVec2::new(random(), random())) * pixels;
         let own_pixel = self.path.image.pixel;
+        let lens = camera.on_lens(self.path.image.ray.origin);
         let centre = match self.options.mode {
             Mode::Exchangeable => own_pixel + offset(),
             _ => own_pixel,
@@ -126,7 +128,7 @@ impl<Q: Queries> Batch<'_, Q> {
         own.links = core::array::from_fn(|i| self.path.value(self.scene, i));
         for member in others {
             let pixel = centre + offset();
-            let image = ImagePoint { pixel, ray: camera.ray(pixel), distance: f64::INFINITY };
+            let image = ImagePoint { pixel, ray: camera.ray(pixel, lens), distance: f64::INFINITY };
             member.image = Some(image).filter(|_| camera.samples(pixel));
         }
     }
@@ -154,7 +156,7 @@ impl<Q: Queries> Batch<'_, Q> {
             chunk,
             |member| {
                 let image = member.image?;
-                let start = camera.position + image.ray.start * image.ray.direction;
+                let start = image.ray.origin + image.ray.start * image.ray.direction;
                 let length = image.distance - image.ray.start;
                 Some(Ray::free(start, image.ray.direction, length, camera.medium))
             },
@@ -177,7 +179,7 @@ impl<Q: Queries> Batch<'_, Q> {
             HIT_SURFACE,
             |member| {
                 let image = member.image?;
-                let start = camera.position + image.ray.start * image.ray.direction;
+                let start = image.ray.origin + image.ray.start * image.ray.direction;
                 Some(Ray::free(start, image.ray.direction, f64::INFINITY, camera.medium))
             },
             |scene, member, hit| {
@@ -187,7 +189,7 @@ impl<Q: Queries> Batch<'_, Q> {
                     return;
                 }
                 image.distance = image.ray.start + f64::from(hit.t);
-                member.y = camera.position + image.distance * image.ray.direction;
+                member.y = image.ray.origin + image.distance * image.ray.direction;
                 let line = camera_line(camera, scene.media, image, hit.media());
                 let first = First::surface(hit);
                 member.first = Some(first);

@@ -254,7 +254,7 @@ impl Shiftable {
 /// The edge from the camera to an image point's world point; `segments` start at the near plane.
 pub fn camera_line<'s>(camera: &Camera, media: &'s [Medium<'s>], image: &ImagePoint, segments: &'s [Segment]) -> Line<'s> {
     let start = image.ray.start;
-    let line = Line::new(media, camera.position, image.ray.direction, image.distance, segments);
+    let line = Line::new(media, image.ray.origin, image.ray.direction, image.distance, segments);
     Line { start, start_normal: camera.forward, segments_start: start, ..line }
 }
 
@@ -287,7 +287,8 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Sh
     if fixed {
         return Ok(None);
     }
-    let image = scene.camera.project(x).ok_or(PathErrorKind::ZeroContribution.at(1))?;
+    let lens = scene.camera.on_lens(path.position(scene, 0)?);
+    let image = scene.camera.project(x, lens).ok_or(PathErrorKind::ZeroContribution.at(1))?;
     let (camera_edge, next_edge) = (path.edge(scene, 0)?, path.edge(scene, 1)?);
     if camera_edge.segments.len().max(next_edge.segments.len()) > MAX_SEGMENTS {
         return Err(PathErrorKind::BadSegments.at(0));

@@ -155,7 +155,7 @@ pub(super) fn log_linear(
 /// ∇log f* of each group of a link; 0 for groups that carry nothing.
 fn group_gradients(scene: &Scene, path: &Shiftable, link: &Link, value: &LinkValue) -> [DVec3; GROUPS] {
     let Some(medium) = scene.medium(path.first.medium()) else { return [DVec3::ZERO; GROUPS] };
-    let (camera, next) = (&scene.camera, link.neighbour());
+    let (camera, next) = (&scene.camera.at(path.image.ray.origin), link.neighbour());
     let (direction, length) = towards(path.x, &link.next);
     let shared = log_gradient(
         camera,

@@ -15,6 +15,7 @@ SIZE(volgrad_rgb, 12);
 SIZE(volgrad_camera, 96);
 OFFSET(volgrad_camera, position, 32);
 OFFSET(volgrad_camera, tan_half_fov_x, 80);
+OFFSET(volgrad_camera, lens_radius, 88);
 SIZE(volgrad_phase, 8);
 SIZE(volgrad_medium, 120);
 OFFSET(volgrad_medium, density, 40);

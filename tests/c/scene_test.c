@@ -47,7 +47,7 @@ static void refuse(volgrad_status status, const char *field, uint32_t index, con
 
 static void test_camera(void) {
     volgrad_camera *c = &s.desc.camera;
-    KIND(c->kind = 1, "camera.kind", 0);
+    KIND(c->kind = 2, "camera.kind", 0);
     KIND(c->kind = UINT32_MAX, "camera.kind", 0);
     const char *size = "camera.width, camera.height", *crop = "camera.crop_x0 ... camera.crop_y1";
     RANGE(c->width = 0, size, 0);
@@ -74,6 +74,12 @@ static void test_camera(void) {
     RANGE(c->tan_half_fov_x = -1, "camera.tan_half_fov_x", 0);
     NOT_FINITE(c->near_clip, "camera.near_clip", 0);
     RANGE(c->near_clip = -1e-6f, "camera.near_clip", 0);
+    RANGE(c->lens_radius = 0.1f, "camera.lens_radius", 0); /* a pinhole has none */
+#define THIN_LENS (c->kind = VOLGRAD_CAMERA_THIN_LENS, c->lens_radius = 0.1f, c->focal_distance = 2)
+    RANGE((THIN_LENS, c->lens_radius = 0), "camera.lens_radius", 0);
+    BAD((THIN_LENS, c->lens_radius = INFINITY), VOLGRAD_ERROR_NOT_FINITE, "camera.lens_radius", 0);
+    RANGE((THIN_LENS, c->focal_distance = 0), "camera.focal_distance", 0);
+    BAD((THIN_LENS, c->focal_distance = NAN), VOLGRAD_ERROR_NOT_FINITE, "camera.focal_distance", 0);
 }
 
 static void test_media(void) {

@@ -95,6 +95,8 @@ pub fn camera(camera: &ReferenceCamera) -> Camera {
         crop: [0, 0, 64, 64],
         near_clip: camera.near,
         medium: NONE,
+        lens_radius: 0.0,
+        focal_distance: 1.0,
     }
 }
 

@@ -3,6 +3,7 @@
 use super::{ROUNDING, direction, direction_before};
 use crate::reference::differences::gradient;
 use proptest::prelude::*;
+use std::f64::consts::PI;
 use volgrad::math::{Colour, DVec2, DVec3};
 use volgrad::scene::{Falloff, Light, LightSample};
 
@@ -20,7 +21,7 @@ proptest! {
         let light = spot(axis, inner, outer);
         let emitted = |angle: f64| light.emission(direction_before(axis, (angle.cos(), turn)));
         prop_assert_eq!(emitted(at * inner), INTENSITY);
-        prop_assert_eq!(emitted(outer + at * (3.14 - outer)), Colour::ZERO);
+        prop_assert_eq!(emitted(outer + at * (PI - outer)), Colour::ZERO);
         let between = emitted(inner + at * (outer - inner));
         prop_assert!((between - INTENSITY * (1.0 - at)).length() < 1e-9 / (outer - inner), "{between}");
     }

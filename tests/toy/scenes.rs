@@ -96,6 +96,8 @@ pub fn camera(position: [f64; 3], tan_half_fov: f64, side: u32) -> Camera {
         crop: [0, 0, side, side],
         near_clip: 0.1,
         medium: NONE,
+        lens_radius: 0.0,
+        focal_distance: 1.0,
     }
 }
 

@@ -57,7 +57,7 @@ impl Run {
             beyond: Beyond::new(scene, path, i, q)?,
             line: path.edge(scene, i.min(q))?,
         };
-        Ok(end.log_gradient(&scene.camera))
+        Ok(end.log_gradient(&scene.camera.at(path.position(scene, 0)?)))
     }
 
     /// ∇log of all that changes: at the ends, σ_s at every vertex of the run, and Tr of every edge inside it.
