@@ -85,7 +85,7 @@ pub fn phase(phase: ReferencePhase) -> Phase {
 /// A square image of the reference camera's area.
 pub fn camera(camera: &ReferenceCamera) -> Camera {
     Camera {
-        position: vec(camera.position),
+        position: vec(camera.lens.map_or(camera.position, |lens| lens.centre)),
         forward: vec(camera.forward),
         right: vec(camera.right),
         up: vec(camera.up),
@@ -95,7 +95,8 @@ pub fn camera(camera: &ReferenceCamera) -> Camera {
         crop: [0, 0, 64, 64],
         near_clip: camera.near,
         medium: NONE,
-        lens_radius: 0.0,
+        lens_radius: camera.lens.map_or(0.0, |lens| lens.radius),
+        // Says where on the image a point is seen, of which f knows nothing.
         focal_distance: 1.0,
     }
 }

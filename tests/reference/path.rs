@@ -92,7 +92,8 @@ impl Path {
         let origin = self.vertices[i].position(world);
         match self.vertices[i + 1] {
             Vertex::Environment { direction, .. } | Vertex::Sky { direction, .. } | Vertex::Directional { direction, .. } => {
-                Edge::to_infinity(origin, direction)
+                // A rounded unit vector is none, and sharp phase functions notice.
+                Edge::to_infinity(origin, normalize(direction))
             }
             end if i == 0 => Edge::from_camera(&world.camera, end.position(world)),
             end => Edge::between(origin, end.position(world)),

@@ -9,7 +9,7 @@ use crate::scene::{Camera, Scene};
 /// A neighbour of the moving vertex, as far as the gradient depends on it.
 #[derive(Clone, Copy, Debug)]
 pub enum Neighbour {
-    /// The camera's centre of projection.
+    /// The camera, at x_0.
     Camera,
     /// A point, with its normal if the geometry term has a cosine there.
     Point { position: DVec3, normal: Option<DVec3> },
