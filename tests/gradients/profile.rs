@@ -60,8 +60,8 @@ fn runs_agree_with_differences() {
                 path_run_log_gradient(scene, path, first, last + 1 - first).expect("f > 0").factors
             });
             let expected = run_difference_gradient(&world, &path, first, last);
-            for c in 0..3 {
-                let error = distance(ours.channel(c).to_array(), expected[c]) / (1.0 + length(expected[c]));
+            for (c, expected) in expected.into_iter().enumerate() {
+                let error = distance(ours.channel(c).to_array(), expected) / (1.0 + length(expected));
                 worst.note(error, || format!("x_{first}…x_{last} in {pattern}, {}, {phase:?}", scene.name));
             }
         }

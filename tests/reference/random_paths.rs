@@ -141,7 +141,7 @@ fn turn_normals(rng: &mut Pcg64, world: &World, pattern: &str, path: &mut Path) 
         if let Vertex::Spot { axis, .. } = &mut path.vertices[i] {
             let turned = random_direction(rng);
             let angle = dot(turned, neighbours[0]).acos();
-            if angle < CONES[0] + CONE_CLEARANCE || angle > CONES[1] - CONE_CLEARANCE {
+            if !(CONES[0] + CONE_CLEARANCE..CONES[1] - CONE_CLEARANCE).contains(&angle) {
                 return false;
             }
             *axis = turned;
