@@ -32,6 +32,8 @@ OFFSET(volgrad_light, image, 88);
 SIZE(volgrad_segment, 20);
 SIZE(volgrad_vertex, 44);
 SIZE(volgrad_path, 32);
+SIZE(volgrad_gradient, 312);
+SIZE(volgrad_derivative, 116);
 SIZE(volgrad_ray, 36);
 SIZE(volgrad_hit, 372);
 OFFSET(volgrad_hit, normal, 20);
