@@ -1,5 +1,5 @@
-/* One light path through a cloud of smoke: how much light it carries, the gradient of that when its vertex moves, and how far the
- * gradient can be trusted. cc -std=c99 -Iinclude examples_c/path_gradient.c libvolgrad.a -lm -lpthread -ldl -lgcc_s */
+/* One light path through a cloud of smoke: how much light it carries, the gradient of that when one or both of its vertices move, and
+ * how far the gradient can be trusted. cc -std=c99 -Iinclude examples_c/path_gradient.c libvolgrad.a -lm -lpthread -ldl -lgcc_s */
 
 #include <math.h>
 #include <stdio.h>
@@ -52,24 +52,31 @@ int main(void)
     volgrad_path path = { vertices, segments, edge_ends, 4, 3 };
     check(volgrad_path_validate(scene, &path, NULL));
 
-    /* f, and the gradient of log f when vertex 1 moves. Smoke and lamp are grey: the three channels are alike. */
+    /* f, and the gradient of log f when vertex 1 moves alone, and when 1 and 2 move together. Smoke and lamp are grey: the three
+     * channels are alike. */
     double f[3];
     check(volgrad_path_contribution(scene, &path, f));
-    volgrad_gradient gradient;
-    check(volgrad_path_log_gradient(scene, &path, 1, &gradient));
-    volgrad_vec3 g = gradient.luminance;
     printf("contribution f    %.6g\n", f[0]);
-    printf("gradient of log f (%.4f, %.4f, %.4f)\n\n", g.x, g.y, g.z);
-
-    printf("offset d               exp(<g, d>)  f(x + d) / f(x)\n");
-    const volgrad_vec3 x = vertices[1].position;
-    for (float step = -0.16f; step < 0.2f; step += 0.04f) {
-        volgrad_vec3 d = { step, step / 2, 0 };
-        vertices[1].position = (volgrad_vec3){ x.x + d.x, x.y + d.y, x.z + d.z };
-        double moved[3];
-        check(volgrad_path_contribution(scene, &path, moved));
-        double estimate = exp(g.x * d.x + g.y * d.y + g.z * d.z);
-        printf("(%5.2f, %5.2f, %5.2f)  %11.4f  %15.4f\n", d.x, d.y, d.z, estimate, moved[0] / f[0]);
+    for (uint32_t count = 1; count <= 2; count++) {
+        volgrad_gradient gradient;
+        check(volgrad_path_run_log_gradient(scene, &path, 1, count, &gradient));
+        volgrad_vec3 g = gradient.luminance;
+        printf("\nvertices that move %d\ngradient of log f (%.4f, %.4f, %.4f)\n", (int)count, g.x, g.y, g.z);
+        printf("offset d               exp(<g, d>)  f(x + d) / f(x)\n");
+        for (float step = -0.16f; step < 0.2f; step += 0.04f) {
+            volgrad_vec3 d = { step, step / 2, 0 };
+            volgrad_vertex moved[4];
+            for (uint32_t i = 0; i < 4; i++) {
+                moved[i] = vertices[i];
+                if (i < 1 || i > count) continue;
+                moved[i].position.x += d.x, moved[i].position.y += d.y, moved[i].position.z += d.z;
+            }
+            volgrad_path other = { moved, segments, edge_ends, 4, 3 };
+            double there[3];
+            check(volgrad_path_contribution(scene, &other, there));
+            double estimate = exp(g.x * d.x + g.y * d.y + g.z * d.z);
+            printf("(%5.2f, %5.2f, %5.2f)  %11.4f  %15.4f\n", d.x, d.y, d.z, estimate, there[0] / f[0]);
+        }
     }
     free(memory);
     return EXIT_SUCCESS;

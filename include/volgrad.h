@@ -110,6 +110,8 @@
 
 #define VOLGRAD_CAMERA_PINHOLE 0
 
+#define VOLGRAD_CAMERA_THIN_LENS 1
+
 #define VOLGRAD_PHASE_ISOTROPIC 0
 
 #define VOLGRAD_PHASE_HENYEY_GREENSTEIN 1
@@ -124,6 +126,11 @@
 
 #define VOLGRAD_MATERIAL_DIELECTRIC 2
 
+#define VOLGRAD_MATERIAL_CONDUCTOR 3
+
+// `volgrad_material.flags`: a surface that is not dielectric scatters alike on both sides.
+#define VOLGRAD_MATERIAL_TWO_SIDED 1
+
 #define VOLGRAD_LIGHT_PARALLELOGRAM 0
 
 #define VOLGRAD_LIGHT_TRIANGLE 1
@@ -135,6 +142,10 @@
 #define VOLGRAD_LIGHT_DIRECTIONAL 4
 
 #define VOLGRAD_LIGHT_POINT 5
+
+#define VOLGRAD_LIGHT_SPOT 6
+
+#define VOLGRAD_LIGHT_ENVIRONMENT_MAP 7
 
 // The result of every fallible function. On an error all outputs are untouched, unless the function says otherwise.
 enum volgrad_status
@@ -307,8 +318,8 @@ typedef struct volgrad_vertex {
   uint32_t kind;
   // Index into the scene's media, materials or lights, by kind. Unused for the camera.
   uint32_t index;
-  // World position; for an environment or directional light the unit direction towards it. Unused for the camera, whose position
-  // is the scene's.
+  // World position; for an environment or directional light the unit direction towards it. For a thin lens
+  // camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
   struct volgrad_vec3 position;
   // Geometric unit normal of a surface or area light; unused otherwise.
   struct volgrad_vec3 normal;
@@ -349,28 +360,64 @@ typedef struct volgrad_path_factor {
   double geometry;
 } volgrad_path_factor;
 
-// Gradient of log f with respect to the position of one medium vertex x between p (towards the camera) and n (towards the light),
-// 1/world unit, in world axes. [Lu20 (29)] with the term of sigma_s that is missing there. Per-channel arrays: 0 red, 1 green, 2 blue.
+// Gradient of log f with respect to the position of one medium vertex x, or of a run of consecutive ones that move by the same offset,
+// 1/world unit, in world axes. p is the vertex before (towards the camera), n the one after (towards the light). [Lu20 (29)] with the
+// term of sigma_s that is missing there, and without the factors inside a run that a common offset does not change. Per-channel arrays:
+// 0 red, 1 green, 2 blue.
 typedef struct volgrad_gradient {
   // Gradient of log luminance(f).
   struct volgrad_vec3 luminance;
   // Gradient of log f per channel: the sum of all factors below.
   struct volgrad_vec3 rgb[3];
-  // Scattering coefficient: grad sigma_s / sigma_s.
+  // Scattering coefficient: grad sigma_s / sigma_s, summed over the run.
   struct volgrad_vec3 scattering;
-  // Transmittance of the edges p-x and x-n: -grad tau.
+  // Transmittance, -grad tau: of the edge from p to the run's first vertex, of all edges inside the run (0 for a single vertex), and of
+  // the edge from its last vertex to n. Surfaces at which sigma_t jumps count.
   struct volgrad_vec3 transmittance_previous[3];
+  struct volgrad_vec3 transmittance_inside[3];
   struct volgrad_vec3 transmittance_next[3];
-  // Geometry terms of the edges, with the cosines at p and n (at the camera: that of G).
+  // Geometry terms of the edges to p and n, with the cosines there (at the camera: that of G).
   struct volgrad_vec3 geometry_previous;
   struct volgrad_vec3 geometry_next;
   // The camera's importance, if p is the camera.
   struct volgrad_vec3 importance;
-  // Phase functions at p, x and n; 0 where there is none.
+  // Phase functions at p, at the run's first and last vertex together, and at n; 0 where there is none.
   struct volgrad_vec3 phase_previous;
   struct volgrad_vec3 phase_apex;
   struct volgrad_vec3 phase_next;
+  // BSDF at p, BSDF or emission at n, if those depend on the direction to the run: rough surfaces and spot lights; else 0.
+  struct volgrad_vec3 profile_previous[3];
+  struct volgrad_vec3 profile_next[3];
 } volgrad_gradient;
+
+// Derivative of log f by the distance that a run of medium vertices beside a specular one moves along `direction`, 1/world unit. The
+// names are those of `volgrad_gradient`, whose components along `direction` these are.
+typedef struct volgrad_derivative {
+  // Unit vector from the run to its specular neighbour: every other move would change the specular chain.
+  struct volgrad_vec3 direction;
+  // Derivative of log luminance(f).
+  float luminance;
+  // Derivative of log f per channel: the sum of all factors below.
+  struct volgrad_rgb rgb;
+  // Scattering coefficients along the run.
+  float scattering;
+  // Transmittance before, inside and after the run: on the specular side +sigma_t, as that edge gets shorter.
+  struct volgrad_rgb transmittance_previous;
+  struct volgrad_rgb transmittance_inside;
+  struct volgrad_rgb transmittance_next;
+  // Geometry terms; 0 on the specular side, where there is none up to the next vertex that is not specular.
+  float geometry_previous;
+  float geometry_next;
+  // The camera's importance, if p is the camera.
+  float importance;
+  // Phase functions at p, at the run's end that is not beside the specular vertex, and at n.
+  float phase_previous;
+  float phase_apex;
+  float phase_next;
+  // BSDF at p, BSDF or emission at n.
+  struct volgrad_rgb profile_previous;
+  struct volgrad_rgb profile_next;
+} volgrad_derivative;
 
 // How a batch of shifted paths is made.
 typedef struct volgrad_shift_options {
@@ -497,7 +544,7 @@ typedef struct volgrad_camera {
   uint32_t crop_y1;
   // Medium around the near plane, an index into `volgrad_scene_desc.media`, or `VOLGRAD_NONE`.
   uint32_t medium;
-  // Centre of projection.
+  // Centre of projection, or of the lens.
   struct volgrad_vec3 position;
   // Unit viewing direction.
   struct volgrad_vec3 forward;
@@ -509,9 +556,9 @@ typedef struct volgrad_camera {
   float tan_half_fov_x;
   // Distance of the near plane along `forward`, world units: nothing before it is seen and no medium before it attenuates. 0: none.
   float near_clip;
-  // Lens radius, world units. 0 for a pinhole.
+  // Lens radius, world units: > 0 for a thin lens, 0 for a pinhole. The lens is a disk across `forward`.
   float lens_radius;
-  // Distance of the plane in focus, world units. Unused by a pinhole.
+  // Distance of the plane in focus along `forward`, world units, > 0. Unused by a pinhole.
   float focal_distance;
 } volgrad_camera;
 
@@ -537,19 +584,20 @@ typedef struct volgrad_medium {
   const void *custom;
 } volgrad_medium;
 
-// A surface's BSDF. Diffuse and mirror are one-sided: black from behind (against the geometric normal).
+// A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
 typedef struct volgrad_material {
   // `VOLGRAD_MATERIAL_*`.
   uint32_t kind;
-  // Reserved; 0.
+  // `VOLGRAD_MATERIAL_TWO_SIDED` or 0.
   uint32_t flags;
-  // Diffuse: albedo. Mirror: reflectance at all angles. In [0, 1].
+  // Diffuse: albedo. Mirror: reflectance at all angles. Conductor: factor on its Fresnel reflectance, usually 1. In [0, 1].
   struct volgrad_rgb reflectance;
   // Dielectric: index of refraction inside over outside; the normal points outside. > 0.
   float eta;
-  // Reserved for rough materials; 0.
+  // Dielectric, conductor: alpha of the isotropic GGX distribution of microfacet normals, >= 1e-4; or 0, a smooth surface. A rough
+  // dielectric's eta is not 1.
   float roughness;
-  // Reserved for conductors; 0.
+  // Conductor: complex index of refraction eta + i k over that outside, per channel; >= 0.
   struct volgrad_rgb conductor_eta;
   struct volgrad_rgb conductor_k;
   // Reserved for callback materials; NULL.
@@ -562,24 +610,30 @@ typedef struct volgrad_light {
   uint32_t kind;
   // Reserved; 0.
   uint32_t flags;
-  // Area and environment: radiance. Directional: irradiance on a plane across its direction. Point: intensity. Not negative.
+  // Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
+  // its inner cone. Environment map: factor on its image. Not negative.
   struct volgrad_rgb emission;
-  // Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional and point lights,
-  // which nothing else can find. All weights are divided by their sum.
+  // Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
+  // lights, which nothing else can find. All weights are divided by their sum.
   float sampling_weight;
-  // Parallelogram, triangle: a corner. Sphere: centre. Point: position.
+  // Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
   struct volgrad_vec3 position;
   // Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
+  // Environment map: its x and y axes in the world; y is up.
   struct volgrad_vec3 edge_u;
   struct volgrad_vec3 edge_v;
   // Sphere: radius; its normal points outwards.
   float radius;
-  // Directional: unit direction in which the light travels.
+  // Directional: unit direction in which the light travels. Spot: unit direction of its axis. Environment map: its z axis in the world;
+  // the three are orthonormal, (1,0,0), (0,1,0), (0,0,1) if nothing is turned.
   struct volgrad_vec3 direction;
-  // Reserved for spot lights; 0.
+  // Spot: cosines of two cones' half angles, -1 <= cos_outer <= cos_inner <= 1: all of the intensity within the inner one, nothing
+  // outside the outer one, between them falling off linearly in the angle.
   float cos_inner;
   float cos_outer;
-  // Reserved for environment maps; NULL and 0.
+  // Environment map: image_width * image_height linear RGB radiances, not negative, from the first row on; longitude by latitude,
+  // interpolated bilinearly. Texel i of a row lies at longitude (i + .5)/image_width of a turn from -z by +x, z and -x; the
+  // first row is the up pole, the last the down pole, so image_height >= 2. Borrowed: must outlive the scene. NULL for other kinds.
   const float *image;
   uint32_t image_width;
   uint32_t image_height;
@@ -588,7 +642,7 @@ typedef struct volgrad_light {
 } volgrad_light;
 
 // Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
-// after it; density grids are borrowed.
+// after it; density grids and environment maps are borrowed.
 typedef struct volgrad_scene_desc {
   // `sizeof(volgrad_scene_desc)` of the caller.
   uint32_t struct_size;
@@ -598,7 +652,7 @@ typedef struct volgrad_scene_desc {
   struct volgrad_camera camera;
   const struct volgrad_medium *media;
   const struct volgrad_material *materials;
-  // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`.
+  // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
   const struct volgrad_light *lights;
 } volgrad_scene_desc;
 
@@ -692,10 +746,9 @@ volgrad_status volgrad_phase_invert(const struct volgrad_phase *phase,
 volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const struct volgrad_path *path, struct volgrad_error *error);
 
 // The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
-// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
-volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene,
-                                         const struct volgrad_path *path,
-                                         double *rgb);
+// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a
+// double: INFINITY. Checks kinds and indices, nothing else.
+volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene, const struct volgrad_path *path, double *rgb);
 
 // The factors of f, one per vertex; their product is f. `capacity` of `result`: at least the path's vertex_count.
 // Checks kinds and indices, nothing else.
@@ -705,18 +758,45 @@ volgrad_status volgrad_path_factors(const struct volgrad_scene *scene,
                                     uintptr_t capacity);
 
 // The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
-// light's direction stays too). Costs two optical depths with gradients, and f once. Checks kinds and indices, nothing else.
-// `VOLGRAD_ERROR_NOT_MOVABLE`: not in a medium or next to a specular surface; `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+// light's direction stays too): the run of one of `volgrad_path_run_log_gradient`, which names costs and errors.
 volgrad_status volgrad_path_log_gradient(const struct volgrad_scene *scene,
                                          const struct volgrad_path *path,
                                          uint32_t vertex,
                                          struct volgrad_gradient *result);
 
+// The gradient of log f when `count` consecutive medium vertices, from number `first` on, move by the same offset and the others stay:
+// the sum of the gradients of each, without what cancels: distances and angles inside the run stay, and with them its geometry terms and
+// phase functions. [Lu20 (29)], for each vertex of the run.
+// Costs the optical depths with gradients of `count` + 1 edges, and f once, but for the transmittance of edges in grey media. Checks kinds
+// and indices, nothing else.
+// `VOLGRAD_ERROR_INDEX`: the run is empty or goes beyond the path; `VOLGRAD_ERROR_NOT_MOVABLE`: one of its vertices is not in a medium, or
+// a neighbour of the run is specular (`volgrad_path_run_log_derivative` is for that); `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+volgrad_status volgrad_path_run_log_gradient(const struct volgrad_scene *scene,
+                                             const struct volgrad_path *path,
+                                             uint32_t first,
+                                             uint32_t count,
+                                             struct volgrad_gradient *result);
+
+// The derivative of log f when `count` consecutive medium vertices, from number `first` on, move by delta times `direction`, the unit
+// vector towards the specular vertex next to the run (one after it or before it, not both), short of reaching it. The specular chain
+// stays as it is. f is in (direction, distance) measure along that chain, as `volgrad_path_contribution` gives it: shifts of delta keep
+// that measure, so that f(moved)/f(here) is the weight of a shift. Replaces the gradient of the specular edge's geometry term of [Lu20,
+// section 5.1]: that edge has none. Costs the optical depths with gradients of `count` edges, and f once, as above. Checks kinds and
+// indices, nothing else.
+// `VOLGRAD_ERROR_INDEX`: the run is empty or goes beyond the path; `VOLGRAD_ERROR_NOT_MOVABLE`: one of its vertices is not in a medium,
+// both neighbours of the run are specular, or neither (it moves freely then: `volgrad_path_run_log_gradient`);
+// `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+volgrad_status volgrad_path_run_log_derivative(const struct volgrad_scene *scene,
+                                               const struct volgrad_path *path,
+                                               uint32_t first,
+                                               uint32_t count,
+                                               struct volgrad_derivative *result);
+
 // Fills options with their defaults: no depth limit, roulette from vertex 5 on, no shifts. `struct_size`: `sizeof *options` of the caller.
 volgrad_status volgrad_path_sampler_options_default(struct volgrad_path_sampler_options *options, uintptr_t struct_size);
 
-// Traces one path through each of `pixel_count` pixels from `first_pixel` on (numbered row by row within the camera's crop) for pass
-// number `pass`, and adds its splats, shifted ones included, to `film`, which has the camera's size.
+// Traces one path through each of `pixel_count` pixels from `first_pixel` on for pass number `pass` (numbered row by row within the
+// camera's crop; with `VOLGRAD_KERNEL_TILE` tile by tile, so that ranges of many pixels share more), and adds its splats, shifted ones included, to `film`, which has the camera's size.
 //
 // What a pass adds depends on (scene, options, pass, pixels) only. The image is `volgrad_film_develop` with scale 1/passes, once every
 // pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.
@@ -735,8 +815,8 @@ volgrad_status volgrad_path_sampler_run(const struct volgrad_scene *scene,
 volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr_t *bytes);
 
 // Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
-// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids are borrowed as long.
-// The bounds of every grid are computed here, so this reads all densities once.
+// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids and environment
+// maps are borrowed as long. Their bounds and sums are computed here, so this reads all of them once.
 // On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 volgrad_status volgrad_scene_init(void *memory,
                                   uintptr_t bytes,

@@ -8,10 +8,12 @@ mod toy;
 
 use toy::estimate::{Estimate, scale};
 use toy::scenes::{World, camera, edges_under_area_lights, grid, homogeneous, rectangle};
-use volgrad::math::{Colour, DVec3};
+use volgrad::math::{Colour, DMat3, DVec3, Rgb};
 use volgrad::medium::Medium;
 use volgrad::sampler;
-use volgrad::scene::{Bsdf, Light};
+use volgrad::scene::{
+    Bsdf, Conductor, EnvironmentMap, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric, running_sums, sums_length,
+};
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
 const WHITE: [f64; 3] = [1.0; 3];
@@ -102,6 +104,105 @@ fn how_often_a_light_is_picked_changes_nothing() {
         println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);
         assert!(z.abs() < 4.0);
     }
+}
+
+/// Rough and two-sided surfaces under area lights and a sky: next-event estimation and going on agree, whether shifted or not.
+#[test]
+fn how_often_a_light_is_picked_changes_nothing_on_rough_surfaces() {
+    let ggx = Ggx { alpha: 0.3 };
+    let conductor = Conductor { eta: Colour::splat(0.2), k: Colour::new(3.9, 2.4, 2.2), reflectance: Colour::ONE };
+    let world = |weight: f64| {
+        let fog = homogeneous([0.3, 0.4, 0.5], [0.9, 0.8, 0.7], 0.3);
+        World::new(camera([0.0, 0.0, -2.0], 0.5, 4))
+            .medium([-1.5; 3], [1.5; 3], fog)
+            .surface(
+                rectangle([-2.0, -1.2, -2.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]),
+                Bsdf::RoughConductor(RoughConductor { conductor, ggx }),
+            )
+            .surface(
+                rectangle([-1.2, -1.0, 0.4], [1.0, 0.0, 0.3], [0.0, 2.0, 0.0]),
+                Bsdf::RoughDielectric(RoughDielectric { eta: 1.5, ggx }),
+            )
+            .surface(
+                rectangle([0.3, -1.0, 0.2], [1.0, 0.0, 0.3], [0.0, 2.0, 0.0]),
+                Bsdf::TwoSided(Reflector::Diffuse { albedo: Colour::splat(0.7) }),
+            )
+            .area_light([-1.5, 1.3, -1.5], [3.0, 0.0, 0.0], [0.0, 0.0, 3.0], 1.0, weight)
+            .light(Light::Environment { radiance: Colour::splat(0.3) }, weight)
+            .light(Light::Point { position: DVec3::new(0.0, 9.0, 0.0), intensity: Colour::ZERO }, 1.0)
+    };
+    let shift = shift::Options { mode: Mode::Exact, kernel: Kernel::Disk, radius: Radius::Pixels(1.0), count: 3 };
+    let estimate = |weight, shift| Estimate::of_path_tracer(&world(weight), options(5, shift), 512 * scale());
+    let never = estimate(0.0, None);
+    for (weight, shift) in [(1.0, None), (50.0, None), (1.0, Some(shift))] {
+        let other = estimate(weight, shift);
+        let (a, b) = (other.total(), never.total());
+        let z = (a.value - b.value) / a.error.hypot(b.error);
+        println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);
+        assert!(z.abs() < 4.0);
+    }
+}
+
+/// An image of 8 by 5 texels as a light; it is never freed.
+fn environment_map(texel: impl Fn(usize) -> f32) -> Light<'static> {
+    let texels: Vec<Rgb> = (0..40).map(|i| Rgb { r: texel(i), g: texel(i), b: texel(i) }).collect();
+    let mut sums = vec![0.0; sums_length(8, 5)];
+    running_sums(&texels, 8, 5, Colour::ONE, &mut sums);
+    let to_world = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
+    let map = EnvironmentMap::new(texels.leak(), 8, 5, to_world, Colour::ONE, sums.leak());
+    Light::EnvironmentMap(map.expect("the lengths fit"))
+}
+
+/// The furnace again, with a sky that is sampled by itself.
+#[test]
+fn furnace_under_an_environment_map() {
+    let medium = homogeneous([0.8, 1.0, 1.3], WHITE, 0.4);
+    let world = World::new(camera([0.1, 0.05, -2.5], 0.4, 4)).medium([-1.0; 3], [1.0; 3], medium);
+    assert_furnace("map", &world.light(environment_map(|_| 1.0), 1.0), 1024, None);
+}
+
+/// Next-event estimation by the map's density, and going on: any mixture of the two gives the same image, shifted or not.
+#[test]
+fn how_often_an_environment_map_is_picked_changes_nothing() {
+    let world = |weight: f64| {
+        let fog = homogeneous([0.6, 0.9, 1.4], [0.9, 0.8, 0.7], 0.3);
+        World::new(camera([0.0, 0.0, -2.0], 0.5, 4))
+            .medium([-1.5; 3], [1.5; 3], fog)
+            .surface(
+                rectangle([-2.0, -1.2, -2.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]),
+                Bsdf::Diffuse { albedo: Colour::splat(0.5) },
+            )
+            .light(environment_map(|i| if i == 13 { 20.0 } else { (i % 3) as f32 }), weight)
+            .light(Light::Point { position: DVec3::new(0.0, 9.0, 0.0), intensity: Colour::ZERO }, 1.0)
+    };
+    let shift = shift::Options { mode: Mode::Exact, kernel: Kernel::Disk, radius: Radius::Pixels(1.0), count: 3 };
+    let estimate = |weight, shift| Estimate::of_path_tracer(&world(weight), options(5, shift), 512 * scale());
+    let never = estimate(0.0, None);
+    for (weight, shift) in [(0.05, None), (1.0, Some(shift))] {
+        let other = estimate(weight, shift);
+        let (a, b) = (other.total(), never.total());
+        let z = (a.value - b.value) / a.error.hypot(b.error);
+        println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);
+        assert!(z.abs() < 4.0);
+    }
+}
+
+/// Where it shines at full intensity a spot light is a point light.
+#[test]
+fn a_wide_spot_light_is_a_point_light() {
+    let (position, intensity) = (DVec3::new(0.3, 1.7, -0.2), Colour::new(3.0, 2.0, 1.0));
+    let image = |light: Light<'static>| {
+        let world = World::new(camera([0.0, 0.0, -2.0], 0.5, 4)).medium([-1.0; 3], [1.0; 3], white_grid()).light(light, 1.0);
+        Estimate::of_path_tracer(&world, options(4, None), 64)
+    };
+    let point = image(Light::Point { position, intensity });
+    let spot = |inner: f64, outer: f64| {
+        let falloff = Falloff::new(inner.cos(), outer.cos());
+        image(Light::Spot { position, axis: -DVec3::Y, intensity, falloff })
+    };
+    assert_eq!(spot(1.56, 1.57).total().value, point.total().value);
+    let narrow = spot(0.2, 0.4).total().value;
+    assert!(narrow > 0.0 && narrow < 0.5 * point.total().value, "{narrow}");
 }
 
 /// Nor does where the roulette begins.

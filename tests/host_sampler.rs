@@ -151,10 +151,10 @@ impl<'a> Sample<'a> {
 fn sample<'a>(world: &'a World, scatterings: usize, pixel: u32, random: &mut impl FnMut() -> f64) -> Option<Sample<'a>> {
     const REACH: f64 = 5.0;
     let corner = volgrad::math::DVec2::new(f64::from(pixel % 8), f64::from(pixel / 8));
-    let ray = world.camera.ray(corner + volgrad::math::DVec2::new(random(), random()));
+    let ray = world.camera.ray(corner + volgrad::math::DVec2::new(random(), random()), volgrad::math::DVec2::ZERO);
     let mut path = Sample::new(world);
     // Before the near plane, or off the image by rounding, f = 0.
-    if !path.step(ray.direction, REACH, random()) || world.camera.project(path.last()).is_none() {
+    if !path.step(ray.direction, REACH, random()) || world.camera.project(path.last(), volgrad::math::DVec2::ZERO).is_none() {
         return None;
     }
     if scatterings == 2 {
@@ -191,7 +191,7 @@ fn estimate(world: &World, scatterings: usize, options: Option<shift::Options>) 
                 let parts = path.path();
                 let Some(options) = &options else {
                     let x1 = path.vertices[1].position.wide();
-                    let image = scene.camera.project(x1);
+                    let image = scene.camera.project(x1, volgrad::math::DVec2::ZERO);
                     film.add(image.expect("sampled on the image").pixel, path.weight);
                     continue;
                 };
@@ -264,7 +264,7 @@ fn a_shifted_splat_is_the_moved_paths_contribution() {
             continue;
         };
         // On the disk, the depth tells where in the world an image point is.
-        let ray = scene.camera.ray(*pixel);
+        let ray = scene.camera.ray(*pixel, volgrad::math::DVec2::ZERO);
         let y = scene.camera.position + ray.direction * (scene.camera.depth(shiftable.x) / ray.cosine);
         let moved = path.moved(y).expect("an accepted shift is not blocked").contribution();
         assert!((2.0 * *colour - moved).abs().max_element() < 1e-4 * moved.max_element(), "{colour} is not half of {moved}");

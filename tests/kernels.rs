@@ -108,7 +108,9 @@ fn the_disk_is_symmetric() {
         assert_eq!(d.dot(camera.forward), 0.0);
         let back = options.radius_at(&camera, x + d);
         assert!((back - radius).abs() < 1e-15 * radius && d.length() <= radius * (1.0 + 1e-15));
-        let pixels = camera.project(x + d).map(|image| image.pixel - camera.project(x).expect("in view").pixel);
+        let pixels = camera
+            .project(x + d, DVec2::ZERO)
+            .map(|image| image.pixel - camera.project(x, DVec2::ZERO).expect("in view").pixel);
         assert!(pixels.is_none_or(|p| p.length() <= 1.5 + 1e-12));
         (d / radius, (d / radius).length_squared())
     });

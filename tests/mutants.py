@@ -147,8 +147,8 @@ MUTANTS = [
     Mutant(
         "next-event estimation is weighted 1",
         "src/sampler/next_event.rs",
-        "light.emission() / (aim.pdf + going_on)",
-        "light.emission() / (aim.pdf + 0.0 * going_on)",
+        "emission / (aim.pdf + going_on)",
+        "emission / (aim.pdf + 0.0 * going_on)",
         "energy how_often",
     ),
     Mutant(
@@ -164,6 +164,20 @@ MUTANTS = [
         "let going_on = sampled.pdf * probability * geometry;",
         "let going_on = sampled.pdf * geometry;",
         "energy furnace_with_a_grid",
+    ),
+    Mutant(
+        "emission's MIS weight takes an environment map for a constant one",
+        "src/sampler/path_tracer.rs",
+        "Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),",
+        "Light::EnvironmentMap(_) => sampled.direction_pdf,",
+        "energy furnace_under_an_environment_map",
+    ),
+    Mutant(
+        "next-event estimation under a constant sky only reflects on rough glass",
+        "src/sampler/next_event.rs",
+        "vertex.sample(u, rest)",
+        "vertex.sample(u, 0.0 * rest)",
+        "energy how_often_a_light_is_picked_changes_nothing_on_rough_surfaces",
     ),
     Mutant(
         "roulette's survival is missing in next-event estimation's MIS weight",
@@ -185,6 +199,50 @@ MUTANTS = [
         "const SHIFT: u64 = 1;",
         "const SHIFT: u64 = 0;",
         "unbiased exact_disk_under_a_point_light",
+    ),
+    # Gradients.
+    Mutant(
+        "runs: the transmittance inside is that of an edge with one end that moves",
+        "src/path/gradient/run.rs",
+        "let gradient = moments(&path.edge(scene, i)?).gradient;",
+        "let line = path.edge(scene, i)?;\n"
+        "            let gradient = moments(&line).far_gradient(line.direction, line.length);",
+        "gradients runs",
+    ),
+    Mutant(
+        "runs: sigma_s counts at the first vertex only",
+        "src/path/gradient/run.rs",
+        "for i in self.first..=self.last {",
+        "for i in self.first..=self.first {",
+        "gradients runs",
+    ),
+    Mutant(
+        "gradients: the apex has the sign of the wings, as printed",
+        "src/path/gradient/end.rs",
+        "apex: -self.phase",
+        "apex: self.phase",
+        "gradients vertex",
+    ),
+    Mutant(
+        "specular neighbours: the edge keeps its length",
+        "src/path/gradient/run.rs",
+        "sigma_t[c] * outwards)",
+        "0.0 * sigma_t[c] * outwards)",
+        "gradients specular",
+    ),
+    Mutant(
+        "profiles: the direction's length counts",
+        "src/path/gradient/neighbour.rs",
+        "(by_direction - by_direction.dot(self.towards) * self.towards) / self.distance",
+        "by_direction / self.distance",
+        "gradients profile",
+    ),
+    Mutant(
+        "profiles: a BSDF's gradients by its two directions are swapped",
+        "src/path/gradient/neighbour.rs",
+        "bsdf.log_gradient(normal, to_x()?, to_other()?).0",
+        "bsdf.log_gradient(normal, to_x()?, to_other()?).1",
+        "gradients profile",
     ),
     # Exactness.
     Mutant(

@@ -7,6 +7,7 @@ use reference::{
     contribution::contribution,
     grid::Grid,
     medium::{Density, Medium},
+    microfacets::{Microfacets, distribution, reflectance},
     optical_depth::optical_depth_in_medium,
     path::{Path, Vertex},
     phase::Phase,
@@ -19,6 +20,7 @@ use reference::{
     vector::*,
     world::{Region, World},
 };
+use std::f64::consts::PI;
 
 /// Relative to Σ|factor gradients|.
 const GRADIENT_TOLERANCE: f64 = 1e-8;
@@ -110,9 +112,9 @@ fn any_missing_factor_is_noticed() {
     assert_noticed(&error_after(4, all, |_, _, _, f| f.geometry_prev = ZERO));
     assert_noticed(&error_after(4, all, |_, _, _, f| f.geometry_next = ZERO));
     assert_noticed(&error_after(4, all, |_, _, _, f| f.importance = ZERO));
-    assert_noticed(&error_after(4, all, |_, _, _, f| f.phase_prev = ZERO));
+    assert_noticed(&error_after(4, all, |_, _, _, f| f.profile_prev = [ZERO; 3]));
     assert_noticed(&error_after(4, all, |_, _, _, f| f.phase_apex = ZERO));
-    assert_noticed(&error_after(4, all, |_, _, _, f| f.phase_next = ZERO));
+    assert_noticed(&error_after(4, all, |_, _, _, f| f.profile_next = [ZERO; 3]));
 }
 
 #[test]
@@ -155,6 +157,32 @@ fn phase_functions_are_normalised_and_forward_is_minus_one() {
     let forward = Phase::HenyeyGreenstein { g: 0.9 };
     assert!(forward.value(-1.0) > 1000.0 * forward.value(1.0));
     assert!(forward.log_derivative(0.0) < 0.0);
+}
+
+/// ∫ D cosθ dω = 1, f_r is reciprocal, f_t is up to the squared index, and Fresnel's equations have their known values.
+#[test]
+fn microfacets_are_normalised_and_reciprocal() {
+    let steps = 100_000;
+    for alpha in [0.1, 0.3, 0.7] {
+        let cosine = |i: usize| (i as f64 + 0.5) / steps as f64;
+        let integral: f64 = (0..steps).map(|i| 2.0 * PI * cosine(i) * distribution(alpha, cosine(i)) / steps as f64).sum();
+        assert!((integral - 1.0).abs() < 1e-4, "{integral}");
+    }
+    let [n, a, b] = [[0.0, 0.0, 1.0], normalize([0.3, -0.2, 0.9]), normalize([-0.5, 0.1, 0.6])];
+    let below = normalize([-0.25, 0.1, -0.7]);
+    let copper = Microfacets::Conductor { eta: [0.2, 0.9, 1.1], k: [3.9, 2.5, 2.4] };
+    let glass = Microfacets::Dielectric { eta: 1.5 };
+    for microfacets in [copper, glass] {
+        let [f, g] = [microfacets.value(0.3, n, a, b), microfacets.value(0.3, n, b, a)];
+        assert!(distance(f, g) < 1e-12 && f[0] > 0.01, "{f:?}, {g:?}");
+    }
+    let [f, g] = [glass.value(0.3, n, a, below), glass.value(0.3, n, below, a)];
+    assert!(distance(scale(1.5 * 1.5, f), g) < 1e-12 && f[0] > 0.01, "{f:?}, {g:?}");
+    assert!((reflectance((1.5, 0.0), 1.0) - 0.04).abs() < 1e-12);
+    assert!(reflectance((1.5, 0.0), (1.5_f64).atan().cos()) < 0.5 * 0.15, "Brewster's angle");
+    assert!((reflectance((1.0 / 1.5, 0.0), 0.5) - 1.0).abs() < 1e-12, "total reflection");
+    // ((η − 1)² + k²)/((η + 1)² + k²)
+    assert!((reflectance((0.2, 3.9), 1.0) - (0.64 + 15.21) / (1.44 + 15.21)).abs() < 1e-12);
 }
 
 #[test]

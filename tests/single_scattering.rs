@@ -45,7 +45,7 @@ fn setting(low: [f64; 3], high: [f64; 3], sigma_t: f64, g: f64, position: [f64; 
 }
 
 impl Setting {
-    fn with(mut self, light: Light) -> Self {
+    fn with(mut self, light: Light<'static>) -> Self {
         self.world = self.world.light(light, 1.0);
         self
     }
@@ -139,7 +139,7 @@ impl Setting {
         let mut mean = 0.0;
         for (x, weight_x) in POINTS {
             for (y, weight_y) in POINTS {
-                let ray = self.world.camera.ray(corner + 0.5 * DVec2::new(1.0 + x, 1.0 + y));
+                let ray = self.world.camera.ray(corner + 0.5 * DVec2::new(1.0 + x, 1.0 + y), DVec2::ZERO);
                 mean += weight_x * weight_y * self.radiance(ray.direction, ray.cosine);
             }
         }
@@ -185,11 +185,11 @@ fn gauss_panels(low: f64, high: f64, panels: u32, f: &dyn Fn(f64) -> f64) -> f64
     (0..panels).map(panel).sum()
 }
 
-fn point(position: [f64; 3]) -> Light {
+fn point(position: [f64; 3]) -> Light<'static> {
     Light::Point { position: position.into(), intensity: Colour::splat(3.0) }
 }
 
-fn parallelogram() -> Light {
+fn parallelogram() -> Light<'static> {
     let (corner, edge_u, edge_v) = (DVec3::new(-0.7, 1.4, -0.5), DVec3::new(1.2, 0.0, 0.0), DVec3::new(0.0, 0.3, 1.0));
     Light::Parallelogram { corner, edge_u, edge_v, radiance: Colour::splat(2.0) }
 }

@@ -5,7 +5,7 @@ use super::types::*;
 use crate::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3};
 use crate::medium::NONE;
 use crate::phase::Phase;
-use crate::scene::{Bsdf, Camera, Light};
+use crate::scene::{Bsdf, Camera, Conductor, EnvironmentMap, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric};
 use core::ffi::CStr;
 
 /// Names what is checked: the field, and which element of its array.
@@ -20,7 +20,7 @@ impl Place {
         if ok(value.into()) { Ok(value.into()) } else { Err(VOLGRAD_ERROR_RANGE.at(self.0, self.1)) }
     }
 
-    fn colour(self, value: Rgb, ok: impl Fn(f64) -> bool) -> Result<Colour, Fault> {
+    pub fn colour(self, value: Rgb, ok: impl Fn(f64) -> bool) -> Result<Colour, Fault> {
         for channel in [value.r, value.g, value.b] {
             self.number(channel, &ok)?;
         }
@@ -50,7 +50,7 @@ impl Place {
 /// Vectors of the host count as unit vectors, and as orthogonal, within this.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-fn not_negative(v: f64) -> bool {
+pub fn not_negative(v: f64) -> bool {
     v >= 0.0
 }
 
@@ -63,17 +63,12 @@ fn positive(v: f64) -> bool {
 }
 
 pub fn camera(c: &volgrad_camera, media_count: u32) -> Result<Camera, Fault> {
-    if c.kind != VOLGRAD_CAMERA_PINHOLE {
-        return Place(c"camera.kind", 0).kind();
-    }
+    let (lens_radius, focal_distance) = lens(c)?;
     if c.width == 0 || c.height == 0 || c.width > MAX_IMAGE_SIDE || c.height > MAX_IMAGE_SIDE {
         return Place(c"camera.width, camera.height", 0).range();
     }
     if c.crop_x0 >= c.crop_x1 || c.crop_x1 > c.width || c.crop_y0 >= c.crop_y1 || c.crop_y1 > c.height {
         return Place(c"camera.crop_x0 ... camera.crop_y1", 0).range();
-    }
-    if c.lens_radius != 0.0 {
-        return Place(c"camera.lens_radius", 0).range();
     }
     if c.medium != NONE && c.medium >= media_count {
         return Err(VOLGRAD_ERROR_INDEX.at(c"camera.medium", 0));
@@ -81,13 +76,8 @@ pub fn camera(c: &volgrad_camera, media_count: u32) -> Result<Camera, Fault> {
     let forward = Place(c"camera.forward", 0).unit(c.forward)?;
     let right = Place(c"camera.right", 0).unit(c.right)?;
     let up = Place(c"camera.up", 0).unit(c.up)?;
-    let skew = forward.dot(right).abs().max(forward.dot(up).abs()).max(right.dot(up).abs());
-    if skew > UNIT_TOLERANCE {
-        return Place(c"camera.forward, camera.right, camera.up", 0).range();
-    }
-    // What single precision lacks in orthogonality is mended.
-    let right = (right - forward.dot(right) * forward).normalize();
-    let up = (up - forward.dot(up) * forward - right.dot(up) * right).normalize();
+    let axes = orthonormal(forward, right, up);
+    let [forward, right, up] = axes.ok_or(VOLGRAD_ERROR_RANGE.at(c"camera.forward, camera.right, camera.up", 0))?;
     Ok(Camera {
         position: Place(c"camera.position", 0).point(c.position)?,
         forward,
@@ -99,7 +89,22 @@ pub fn camera(c: &volgrad_camera, media_count: u32) -> Result<Camera, Fault> {
         crop: [c.crop_x0, c.crop_y0, c.crop_x1, c.crop_y1],
         near_clip: Place(c"camera.near_clip", 0).number(c.near_clip, not_negative)?,
         medium: c.medium,
+        lens_radius,
+        focal_distance,
     })
+}
+
+/// Radius and focal distance.
+fn lens(c: &volgrad_camera) -> Result<(f64, f64), Fault> {
+    let radius = Place(c"camera.lens_radius", 0);
+    match c.kind {
+        VOLGRAD_CAMERA_PINHOLE => Ok((radius.number(c.lens_radius, |r| r == 0.0)?, 1.0)),
+        VOLGRAD_CAMERA_THIN_LENS => {
+            let focal_distance = Place(c"camera.focal_distance", 0).number(c.focal_distance, positive)?;
+            Ok((radius.number(c.lens_radius, positive)?, focal_distance))
+        }
+        _ => Place(c"camera.kind", 0).kind(),
+    }
 }
 
 /// Keeps pixel counts within 32 bits.
@@ -155,22 +160,65 @@ pub fn grid_transform(m: &volgrad_medium, i: usize) -> Result<DAffine3, Fault> {
 }
 
 pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
-    let conductor = [m.conductor_eta.wide(), m.conductor_k.wide()] != [Colour::ZERO; 2];
-    if m.flags != 0 || m.roughness != 0.0 || conductor || !m.custom.is_null() {
+    if !m.custom.is_null() {
         return Place(c"materials: a reserved field", i).range();
     }
+    if m.flags & !VOLGRAD_MATERIAL_TWO_SIDED != 0 {
+        return Place(c"materials.flags", i).kind();
+    }
+    if m.kind == VOLGRAD_MATERIAL_DIELECTRIC {
+        return dielectric(m, i);
+    }
+    let reflector = reflector(m, i)?;
+    Ok(if m.flags == VOLGRAD_MATERIAL_TWO_SIDED { Bsdf::TwoSided(reflector) } else { reflector.into() })
+}
+
+fn reflector(m: &volgrad_material, i: usize) -> Result<Reflector, Fault> {
     let reflectance = || Place(c"materials.reflectance", i).colour(m.reflectance, share);
     match m.kind {
-        VOLGRAD_MATERIAL_DIFFUSE => Ok(Bsdf::Diffuse { albedo: reflectance()? }),
-        VOLGRAD_MATERIAL_MIRROR => Ok(Bsdf::Mirror { reflectance: reflectance()? }),
-        VOLGRAD_MATERIAL_DIELECTRIC => Ok(Bsdf::Dielectric { eta: Place(c"materials.eta", i).number(m.eta, positive)? }),
+        VOLGRAD_MATERIAL_DIFFUSE => Ok(Reflector::Diffuse { albedo: reflectance()? }),
+        VOLGRAD_MATERIAL_MIRROR => Ok(Reflector::Mirror { reflectance: reflectance()? }),
+        VOLGRAD_MATERIAL_CONDUCTOR => {
+            let eta = Place(c"materials.conductor_eta", i).colour(m.conductor_eta, not_negative)?;
+            let k = Place(c"materials.conductor_k", i).colour(m.conductor_k, not_negative)?;
+            let conductor = Conductor { eta, k, reflectance: reflectance()? };
+            Ok(match roughness(m, i)? {
+                Some(ggx) => Reflector::RoughConductor(RoughConductor { conductor, ggx }),
+                None => Reflector::Conductor(conductor),
+            })
+        }
         _ => Place(c"materials.kind", i).kind(),
     }
 }
 
-pub fn light(l: &volgrad_light, i: usize) -> Result<Light, Fault> {
-    let image = !l.image.is_null() || l.image_width != 0 || l.image_height != 0;
-    if l.flags != 0 || l.cos_inner != 0.0 || l.cos_outer != 0.0 || image || !l.custom.is_null() {
+fn dielectric(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
+    let place = Place(c"materials.eta", i);
+    match roughness(m, i)? {
+        Some(ggx) => {
+            let eta = place.number(m.eta, |eta| eta > 0.0 && eta != 1.0)?;
+            Ok(Bsdf::RoughDielectric(RoughDielectric { eta, ggx }))
+        }
+        None => Ok(Bsdf::Dielectric { eta: place.number(m.eta, positive)? }),
+    }
+}
+
+/// None: a smooth surface.
+fn roughness(m: &volgrad_material, i: usize) -> Result<Option<Ggx>, Fault> {
+    let allowed = |alpha: f64| alpha == 0.0 || alpha >= LEAST_ROUGHNESS;
+    let alpha = Place(c"materials.roughness", i).number(m.roughness, allowed)?;
+    Ok((alpha > 0.0).then_some(Ggx { alpha }))
+}
+
+/// Below it, f_r is too high and narrow for the single precision of hits; Mitsuba 3 has the same bound.
+const LEAST_ROUGHNESS: f64 = 1e-4_f32 as f64;
+
+/// A light; `map` makes the map of an environment map from its orientation and scale.
+pub fn light<'a>(
+    l: &volgrad_light,
+    i: usize,
+    map: impl FnOnce(DMat3, Colour) -> Result<EnvironmentMap<'a>, Fault>,
+) -> Result<Light<'a>, Fault> {
+    if l.flags != 0 || !l.custom.is_null() {
         return Place(c"lights: a reserved field", i).range();
     }
     let emission = Place(c"lights.emission", i).colour(l.emission, not_negative)?;
@@ -198,12 +246,52 @@ pub fn light(l: &volgrad_light, i: usize) -> Result<Light, Fault> {
             Ok(Light::Directional { direction: Place(c"lights.direction", i).unit(l.direction)?, irradiance: emission })
         }
         VOLGRAD_LIGHT_POINT => Ok(Light::Point { position: position()?, intensity: emission }),
+        VOLGRAD_LIGHT_SPOT => {
+            let axis = Place(c"lights.direction", i).unit(l.direction)?;
+            Ok(Light::Spot { position: position()?, axis, intensity: emission, falloff: falloff(l, i)? })
+        }
+        VOLGRAD_LIGHT_ENVIRONMENT_MAP => Ok(Light::EnvironmentMap(map(orientation(l, i)?, emission)?)),
         _ => Place(c"lights.kind", i).kind(),
     }
 }
 
+fn falloff(l: &volgrad_light, i: usize) -> Result<Falloff, Fault> {
+    let cos_inner = Place(c"lights.cos_inner", i).number(l.cos_inner, |c| c.abs() <= 1.0)?;
+    let cos_outer = Place(c"lights.cos_outer", i).number(l.cos_outer, |c| (-1.0..=cos_inner).contains(&c))?;
+    Ok(Falloff::new(cos_inner, cos_outer))
+}
+
+/// From an environment map's axes to the world's.
+fn orientation(l: &volgrad_light, i: usize) -> Result<DMat3, Fault> {
+    let z = Place(c"lights.direction", i).unit(l.direction)?;
+    let x = Place(c"lights.edge_u", i).unit(l.edge_u)?;
+    let y = Place(c"lights.edge_v", i).unit(l.edge_v)?;
+    let [z, x, y] = orthonormal(z, x, y).ok_or(VOLGRAD_ERROR_RANGE.at(c"lights.edge_u, lights.edge_v, lights.direction", i))?;
+    Ok(DMat3::from_cols(x, y, z))
+}
+
+/// Number of texels of an environment map; 0 for other lights.
+pub fn texel_count(l: &volgrad_light, i: usize) -> Result<usize, Fault> {
+    let side = |n: u32, least: u32| (least..=MAX_IMAGE_SIDE).contains(&n);
+    match l.kind {
+        VOLGRAD_LIGHT_ENVIRONMENT_MAP if side(l.image_width, 1) && side(l.image_height, 2) => {
+            Ok(l.image_width as usize * l.image_height as usize)
+        }
+        VOLGRAD_LIGHT_ENVIRONMENT_MAP => Place(c"lights.image_width, lights.image_height", i).range(),
+        _ => Ok(0),
+    }
+}
+
+/// Three unit vectors with what single precision lacks in orthogonality mended; None if it is more than that.
+fn orthonormal(a: DVec3, b: DVec3, c: DVec3) -> Option<[DVec3; 3]> {
+    let skew = a.dot(b).abs().max(a.dot(c).abs()).max(b.dot(c).abs());
+    let b = (b - a.dot(b) * a).normalize();
+    let c = (c - a.dot(c) * a - b.dot(c) * b).normalize();
+    (skew <= UNIT_TOLERANCE).then_some([a, b, c])
+}
+
 /// The weight with which light `i` is picked.
 pub fn light_weight(l: &volgrad_light, i: usize) -> Result<f64, Fault> {
-    let only_by_choice = matches!(l.kind, VOLGRAD_LIGHT_DIRECTIONAL | VOLGRAD_LIGHT_POINT);
+    let only_by_choice = matches!(l.kind, VOLGRAD_LIGHT_DIRECTIONAL | VOLGRAD_LIGHT_POINT | VOLGRAD_LIGHT_SPOT);
     Place(c"lights.sampling_weight", i).number(l.sampling_weight, |w| if only_by_choice { w > 0.0 } else { w >= 0.0 })
 }

@@ -4,8 +4,8 @@ use super::pointer::{array, array_mut, output, reference};
 use super::scenes::{report, scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::volgrad_path;
-use crate::math::{Rgb, Vec3};
-use crate::path::{Path, contribution, factors, path_log_gradient};
+use crate::math::{DVec3, Rgb, Vec3};
+use crate::path::{Gradient, LogDerivative, Path, contribution, factors, path_run_log_derivative, path_run_log_gradient};
 
 /// The factors of f at one vertex and along the edge from it to the next.
 #[repr(C)]
@@ -20,8 +20,10 @@ pub struct volgrad_path_factor {
     pub geometry: f64,
 }
 
-/// Gradient of log f with respect to the position of one medium vertex x between p (towards the camera) and n (towards the light),
-/// 1/world unit, in world axes. [Lu20 (29)] with the term of sigma_s that is missing there. Per-channel arrays: 0 red, 1 green, 2 blue.
+/// Gradient of log f with respect to the position of one medium vertex x, or of a run of consecutive ones that move by the same offset,
+/// 1/world unit, in world axes. p is the vertex before (towards the camera), n the one after (towards the light). [Lu20 (29)] with the
+/// term of sigma_s that is missing there, and without the factors inside a run that a common offset does not change. Per-channel arrays:
+/// 0 red, 1 green, 2 blue.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct volgrad_gradient {
@@ -29,20 +31,103 @@ pub struct volgrad_gradient {
     pub luminance: Vec3,
     /// Gradient of log f per channel: the sum of all factors below.
     pub rgb: [Vec3; 3],
-    /// Scattering coefficient: grad sigma_s / sigma_s.
+    /// Scattering coefficient: grad sigma_s / sigma_s, summed over the run.
     pub scattering: Vec3,
-    /// Transmittance of the edges p-x and x-n: -grad tau.
+    /// Transmittance, -grad tau: of the edge from p to the run's first vertex, of all edges inside the run (0 for a single vertex), and of
+    /// the edge from its last vertex to n. Surfaces at which sigma_t jumps count.
     pub transmittance_previous: [Vec3; 3],
+    pub transmittance_inside: [Vec3; 3],
     pub transmittance_next: [Vec3; 3],
-    /// Geometry terms of the edges, with the cosines at p and n (at the camera: that of G).
+    /// Geometry terms of the edges to p and n, with the cosines there (at the camera: that of G).
     pub geometry_previous: Vec3,
     pub geometry_next: Vec3,
     /// The camera's importance, if p is the camera.
     pub importance: Vec3,
-    /// Phase functions at p, x and n; 0 where there is none.
+    /// Phase functions at p, at the run's first and last vertex together, and at n; 0 where there is none.
     pub phase_previous: Vec3,
     pub phase_apex: Vec3,
     pub phase_next: Vec3,
+    /// BSDF at p, BSDF or emission at n, if those depend on the direction to the run: rough surfaces and spot lights; else 0.
+    pub profile_previous: [Vec3; 3],
+    pub profile_next: [Vec3; 3],
+}
+
+impl From<Gradient> for volgrad_gradient {
+    fn from(gradient: Gradient) -> Self {
+        let f = &gradient.factors;
+        Self {
+            luminance: gradient.luminance.into(),
+            rgb: core::array::from_fn(|c| f.channel(c).into()),
+            scattering: f.scattering.into(),
+            transmittance_previous: f.transmittance_previous.map(Vec3::from),
+            transmittance_inside: f.transmittance_inside.map(Vec3::from),
+            transmittance_next: f.transmittance_next.map(Vec3::from),
+            geometry_previous: f.geometry_previous.into(),
+            geometry_next: f.geometry_next.into(),
+            importance: f.importance.into(),
+            phase_previous: f.phase_previous.into(),
+            phase_apex: f.phase_apex.into(),
+            phase_next: f.phase_next.into(),
+            profile_previous: f.profile_previous.map(Vec3::from),
+            profile_next: f.profile_next.map(Vec3::from),
+        }
+    }
+}
+
+/// Derivative of log f by the distance that a run of medium vertices beside a specular one moves along `direction`, 1/world unit. The
+/// names are those of `volgrad_gradient`, whose components along `direction` these are.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct volgrad_derivative {
+    /// Unit vector from the run to its specular neighbour: every other move would change the specular chain.
+    pub direction: Vec3,
+    /// Derivative of log luminance(f).
+    pub luminance: f32,
+    /// Derivative of log f per channel: the sum of all factors below.
+    pub rgb: Rgb,
+    /// Scattering coefficients along the run.
+    pub scattering: f32,
+    /// Transmittance before, inside and after the run: on the specular side +sigma_t, as that edge gets shorter.
+    pub transmittance_previous: Rgb,
+    pub transmittance_inside: Rgb,
+    pub transmittance_next: Rgb,
+    /// Geometry terms; 0 on the specular side, where there is none up to the next vertex that is not specular.
+    pub geometry_previous: f32,
+    pub geometry_next: f32,
+    /// The camera's importance, if p is the camera.
+    pub importance: f32,
+    /// Phase functions at p, at the run's end that is not beside the specular vertex, and at n.
+    pub phase_previous: f32,
+    pub phase_apex: f32,
+    pub phase_next: f32,
+    /// BSDF at p, BSDF or emission at n.
+    pub profile_previous: Rgb,
+    pub profile_next: Rgb,
+}
+
+impl From<LogDerivative> for volgrad_derivative {
+    fn from(derivative: LogDerivative) -> Self {
+        let f = &derivative.factors;
+        let along = |gradient: DVec3| gradient.dot(derivative.direction) as f32;
+        let rgb = |g: [DVec3; 3]| Rgb { r: along(g[0]), g: along(g[1]), b: along(g[2]) };
+        Self {
+            direction: derivative.direction.into(),
+            luminance: derivative.luminance as f32,
+            rgb: rgb(core::array::from_fn(|c| f.channel(c))),
+            scattering: along(f.scattering),
+            transmittance_previous: rgb(f.transmittance_previous),
+            transmittance_inside: rgb(f.transmittance_inside),
+            transmittance_next: rgb(f.transmittance_next),
+            geometry_previous: along(f.geometry_previous),
+            geometry_next: along(f.geometry_next),
+            importance: along(f.importance),
+            phase_previous: along(f.phase_previous),
+            phase_apex: along(f.phase_apex),
+            phase_next: along(f.phase_next),
+            profile_previous: rgb(f.profile_previous),
+            profile_next: rgb(f.profile_next),
+        }
+    }
 }
 
 /// # Safety
@@ -80,7 +165,8 @@ pub unsafe extern "C" fn volgrad_path_validate(
 }
 
 /// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
-/// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a double: INFINITY. Checks kinds and indices, nothing else.
+/// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a
+/// double: INFINITY. Checks kinds and indices, nothing else.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_contribution(
     scene: *const volgrad_scene,
@@ -125,8 +211,7 @@ pub unsafe extern "C" fn volgrad_path_factors(
 }
 
 /// The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
-/// light's direction stays too). Costs two optical depths with gradients, and f once. Checks kinds and indices, nothing else.
-/// `VOLGRAD_ERROR_NOT_MOVABLE`: not in a medium or next to a specular surface; `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+/// light's direction stays too): the run of one of `volgrad_path_run_log_gradient`, which names costs and errors.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_log_gradient(
     scene: *const volgrad_scene,
@@ -137,24 +222,64 @@ pub unsafe extern "C" fn volgrad_path_log_gradient(
     finish((|| {
         // SAFETY: the header's contract.
         let (scene, path, write) = unsafe { (self::scene(scene)?, self::path(path)?, output(result)?) };
-        if vertex as usize >= path.vertices.len() {
-            return Err(VOLGRAD_ERROR_INDEX.at(c"vertex", 0));
-        }
-        let gradient = path_log_gradient(scene, &path, vertex as usize)?;
-        let f = &gradient.factors;
-        write(volgrad_gradient {
-            luminance: gradient.luminance.into(),
-            rgb: core::array::from_fn(|c| f.channel(c).into()),
-            scattering: f.scattering.into(),
-            transmittance_previous: f.transmittance_previous.map(Vec3::from),
-            transmittance_next: f.transmittance_next.map(Vec3::from),
-            geometry_previous: f.geometry_previous.into(),
-            geometry_next: f.geometry_next.into(),
-            importance: f.importance.into(),
-            phase_previous: f.phase_previous.into(),
-            phase_apex: f.phase_apex.into(),
-            phase_next: f.phase_next.into(),
-        });
+        check_run(&path, vertex, 1)?;
+        write(path_run_log_gradient(scene, &path, vertex as usize, 1)?.into());
         Ok(())
     })())
+}
+
+/// The gradient of log f when `count` consecutive medium vertices, from number `first` on, move by the same offset and the others stay:
+/// the sum of the gradients of each, without what cancels: distances and angles inside the run stay, and with them its geometry terms and
+/// phase functions. [Lu20 (29)], for each vertex of the run.
+/// Costs the optical depths with gradients of `count` + 1 edges, and f once, but for the transmittance of edges in grey media. Checks kinds
+/// and indices, nothing else.
+/// `VOLGRAD_ERROR_INDEX`: the run is empty or goes beyond the path; `VOLGRAD_ERROR_NOT_MOVABLE`: one of its vertices is not in a medium, or
+/// a neighbour of the run is specular (`volgrad_path_run_log_derivative` is for that); `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_path_run_log_gradient(
+    scene: *const volgrad_scene,
+    path: *const volgrad_path,
+    first: u32,
+    count: u32,
+    result: *mut volgrad_gradient,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let (scene, path, write) = unsafe { (self::scene(scene)?, self::path(path)?, output(result)?) };
+        check_run(&path, first, count)?;
+        write(path_run_log_gradient(scene, &path, first as usize, count as usize)?.into());
+        Ok(())
+    })())
+}
+
+/// The derivative of log f when `count` consecutive medium vertices, from number `first` on, move by delta times `direction`, the unit
+/// vector towards the specular vertex next to the run (one after it or before it, not both), short of reaching it. The specular chain
+/// stays as it is. f is in (direction, distance) measure along that chain, as `volgrad_path_contribution` gives it: shifts of delta keep
+/// that measure, so that f(moved)/f(here) is the weight of a shift. Replaces the gradient of the specular edge's geometry term of [Lu20,
+/// section 5.1]: that edge has none. Costs the optical depths with gradients of `count` edges, and f once, as above. Checks kinds and
+/// indices, nothing else.
+/// `VOLGRAD_ERROR_INDEX`: the run is empty or goes beyond the path; `VOLGRAD_ERROR_NOT_MOVABLE`: one of its vertices is not in a medium,
+/// both neighbours of the run are specular, or neither (it moves freely then: `volgrad_path_run_log_gradient`);
+/// `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: f is 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_path_run_log_derivative(
+    scene: *const volgrad_scene,
+    path: *const volgrad_path,
+    first: u32,
+    count: u32,
+    result: *mut volgrad_derivative,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let (scene, path, write) = unsafe { (self::scene(scene)?, self::path(path)?, output(result)?) };
+        check_run(&path, first, count)?;
+        write(path_run_log_derivative(scene, &path, first as usize, count as usize)?.into());
+        Ok(())
+    })())
+}
+
+/// A run has a vertex, and all of them are on the path.
+fn check_run(path: &Path, first: u32, count: u32) -> Result<(), Fault> {
+    let after = u64::from(first) + u64::from(count);
+    if count > 0 && after <= path.vertices.len() as u64 { Ok(()) } else { Err(VOLGRAD_ERROR_INDEX.into()) }
 }

@@ -1,11 +1,12 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
-use super::convert::{self, MAX_IMAGE_SIDE};
+use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
 use super::pointer::{array, check, output, reference, sized, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
+use crate::math::Rgb;
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
-use crate::scene::{Bsdf, Light, Lights, Scene};
+use crate::scene::{Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, running_sums, sums_length};
 use core::ffi::c_void;
 use core::mem::{align_of, size_of};
 use core::ptr::null;
@@ -64,6 +65,15 @@ impl<'a> Description<'a> {
         grids.map(|(i, m)| Ok(bricks_of(convert::grid_size(m, i)?.1))).sum()
     }
 
+    /// Length of the running sums that environment maps are sampled with.
+    fn sum_count(&self) -> Result<usize, Fault> {
+        let counts = self.lights.iter().enumerate().map(|(i, l)| match convert::texel_count(l, i)? {
+            0 => Ok(0),
+            _ => Ok(sums_of(l)),
+        });
+        counts.sum()
+    }
+
     fn layout(&self) -> Result<Layout, Fault> {
         let mut end = size_of::<volgrad_scene>();
         let mut section = |size: usize, count: usize| {
@@ -77,12 +87,18 @@ impl<'a> Description<'a> {
             section(size_of::<Light>(), self.lights.len()),
             section(size_of::<f64>(), self.lights.len()),
             section(size_of::<Brick>(), self.brick_count()?),
+            section(size_of::<f64>(), self.sum_count()?),
         ];
-        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(bricks)] = starts else {
+        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(bricks), Some(sums)] = starts else {
             return Err(VOLGRAD_ERROR_RANGE.into());
         };
-        Ok(Layout { media, materials, lights, cdf, bricks, bytes: end })
+        Ok(Layout { media, materials, lights, cdf, bricks, sums, bytes: end })
     }
+}
+
+/// For a light with an image.
+fn sums_of(l: &volgrad_light) -> usize {
+    sums_length(l.image_width as usize, l.image_height as usize)
 }
 
 fn bricks_of(size: [i32; 3]) -> usize {
@@ -96,6 +112,7 @@ struct Layout {
     lights: usize,
     cdf: usize,
     bricks: usize,
+    sums: usize,
     bytes: usize,
 }
 
@@ -111,8 +128,8 @@ pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, byt
 }
 
 /// Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
-/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids are borrowed as long.
-/// The bounds of every grid are computed here, so this reads all densities once.
+/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids and environment
+/// maps are borrowed as long. Their bounds and sums are computed here, so this reads all of them once.
 /// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_init(
@@ -191,10 +208,11 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let media = unsafe { fill(at(layout.media), desc.media.len(), |i| medium(&desc.media[i], i, &mut bricks))? };
     let material = |i: usize| convert::material(&desc.materials[i], i);
     let materials = unsafe { fill(at(layout.materials), desc.materials.len(), material)? };
-    let lights = unsafe { fill(at(layout.lights), desc.lights.len(), |i| convert::light(&desc.lights[i], i))? };
+    let mut sums = unsafe { fill(at(layout.sums), desc.sum_count()?, |_| Ok(0.0))? };
+    let lights = unsafe { fill(at(layout.lights), desc.lights.len(), |i| light(&desc.lights[i], i, &mut sums))? };
     let cdf = unsafe { fill(at(layout.cdf), desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))? };
     accumulate(cdf);
-    let mut environments = (0u32..).zip(lights.iter()).filter(|(_, l)| matches!(l, Light::Environment { .. }));
+    let mut environments = (0u32..).zip(lights.iter()).filter(|(_, l)| l.is_environment());
     let environment = environments.next().map(|(i, _)| i);
     if let Some((i, _)) = environments.next() {
         return Err(VOLGRAD_ERROR_RANGE.at(c"lights.kind", i as usize));
@@ -205,14 +223,23 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     Ok(object)
 }
 
-/// Weights to running sums of probabilities. Without any weight nothing is ever picked.
-fn accumulate(weights: &mut [f64]) {
-    let total: f64 = weights.iter().sum();
-    let mut sum = 0.0;
-    for weight in weights.iter_mut() {
-        sum += *weight;
-        *weight = if total > 0.0 { sum / total } else { 0.0 };
-    }
+fn light(l: &volgrad_light, i: usize, sums: &mut &'static mut [f64]) -> Result<Light<'static>, Fault> {
+    convert::light(l, i, |to_world, scale| {
+        // SAFETY: the header's contract: the image outlives the scene. An Rgb is three floats.
+        let texels =
+            unsafe { array(l.image.cast::<Rgb>(), convert::texel_count(l, i)?) }.map_err(|s| s.at(c"lights.image", i))?;
+        let place = Place(c"lights.image", i);
+        for texel in texels {
+            place.colour(*texel, not_negative)?;
+        }
+        let Some((own, others)) = core::mem::take(sums).split_at_mut_checked(sums_of(l)) else {
+            return Err(VOLGRAD_ERROR_INTERNAL.into());
+        };
+        *sums = others;
+        let (width, height) = (l.image_width as usize, l.image_height as usize);
+        running_sums(texels, width, height, scale, own);
+        EnvironmentMap::new(texels, width, height, to_world, scale, own).ok_or(VOLGRAD_ERROR_INTERNAL.into())
+    })
 }
 
 fn medium(m: &volgrad_medium, i: usize, bricks: &mut &'static mut [Brick]) -> Result<Medium<'static>, Fault> {

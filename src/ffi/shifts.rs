@@ -10,7 +10,7 @@ use super::types::{volgrad_path, volgrad_queries};
 use crate::math::{Colour, DVec2, Rgb, floor};
 use crate::path::Path;
 use crate::sampler::{shift_numbers, tile_numbers};
-use crate::scene::Scene;
+use crate::scene::{ImagePoint, Scene};
 use crate::shift::{Draw, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius, Tile, Tiling, from_path, shift};
 use core::ffi::CStr;
 
@@ -198,7 +198,7 @@ pub unsafe extern "C" fn volgrad_shift_path(
                 let asks = options.mode.has_queries() || options.has_views();
                 let queries = if asks { unsafe { HostQueries::read(queries) }? } else { HostQueries::UNUSED };
                 let draw = Draw { tiles: tile_numbers(seed, 0), random: shift_numbers(seed, index, 0) };
-                let tile = tile(scene, &queries, &options, draw.tiles, shiftable.image.pixel)?;
+                let tile = tile(scene, &queries, &options, draw.tiles, &shiftable.image)?;
                 shift(scene, &queries, &options, &shiftable, tile.as_ref(), draw, |pixel, value| batch.add(pixel, value))?;
             }
             _ => batch.add(first_pixel(scene, &path)?, weight.wide()),
@@ -219,24 +219,25 @@ fn tile(
     queries: &HostQueries,
     options: &Options,
     numbers: [u32; 2],
-    pixel: DVec2,
+    image: &ImagePoint,
 ) -> Result<Option<Tile>, Fault> {
     if !options.has_views() {
         return Ok(None);
     }
     let tiling = Tiling::new(&scene.camera, options.tile_side(), numbers);
-    let bounds = tiling.tile(pixel.x as u32, pixel.y as u32);
-    Ok(Some(Tile::trace(scene, queries, bounds, pixel)?))
+    let bounds = tiling.tile(image.pixel.x as u32, image.pixel.y as u32);
+    let lens = scene.camera.on_lens(image.ray.origin);
+    Ok(Some(Tile::trace(scene, queries, bounds, image.pixel, lens)?))
 }
 
 /// Where the camera sees the path.
 fn first_pixel(scene: &Scene, path: &Path) -> Result<DVec2, Fault> {
     let camera = &scene.camera;
-    let first = path.position(scene, 1)?;
+    let (origin, first) = (path.position(scene, 0)?, path.position(scene, 1)?);
     // A point in the direction of a light at infinity, beyond the near plane.
-    let far = camera.position + first * (1.0 + 2.0 * camera.near_clip / camera.forward.dot(first).abs().max(f64::EPSILON));
+    let far = origin + first * (1.0 + 2.0 * camera.near_clip / camera.forward.dot(first).abs().max(f64::EPSILON));
     let x = if path.node(scene, 1)?.is_direction() { far } else { first };
-    Ok(camera.project(x).ok_or(VOLGRAD_ERROR_ZERO_CONTRIBUTION)?.pixel)
+    Ok(camera.project(x, camera.on_lens(origin)).ok_or(VOLGRAD_ERROR_ZERO_CONTRIBUTION)?.pixel)
 }
 
 /// Single precision, rounded so that the value stays in its pixel.

@@ -41,6 +41,7 @@ const _: () = {
 };
 
 pub const VOLGRAD_CAMERA_PINHOLE: u32 = 0;
+pub const VOLGRAD_CAMERA_THIN_LENS: u32 = 1;
 
 /// A camera. The image's x axis is `right`, its first row is at the top (`+up`). The three axes are orthonormal.
 #[repr(C)]
@@ -58,7 +59,7 @@ pub struct volgrad_camera {
     pub crop_y1: u32,
     /// Medium around the near plane, an index into `volgrad_scene_desc.media`, or `VOLGRAD_NONE`.
     pub medium: u32,
-    /// Centre of projection.
+    /// Centre of projection, or of the lens.
     pub position: Vec3,
     /// Unit viewing direction.
     pub forward: Vec3,
@@ -70,9 +71,9 @@ pub struct volgrad_camera {
     pub tan_half_fov_x: f32,
     /// Distance of the near plane along `forward`, world units: nothing before it is seen and no medium before it attenuates. 0: none.
     pub near_clip: f32,
-    /// Lens radius, world units. 0 for a pinhole.
+    /// Lens radius, world units: > 0 for a thin lens, 0 for a pinhole. The lens is a disk across `forward`.
     pub lens_radius: f32,
-    /// Distance of the plane in focus, world units. Unused by a pinhole.
+    /// Distance of the plane in focus along `forward`, world units, > 0. Unused by a pinhole.
     pub focal_distance: f32,
 }
 
@@ -119,22 +120,27 @@ pub struct volgrad_medium {
 pub const VOLGRAD_MATERIAL_DIFFUSE: u32 = 0;
 pub const VOLGRAD_MATERIAL_MIRROR: u32 = 1;
 pub const VOLGRAD_MATERIAL_DIELECTRIC: u32 = 2;
+pub const VOLGRAD_MATERIAL_CONDUCTOR: u32 = 3;
 
-/// A surface's BSDF. Diffuse and mirror are one-sided: black from behind (against the geometric normal).
+/// `volgrad_material.flags`: a surface that is not dielectric scatters alike on both sides.
+pub const VOLGRAD_MATERIAL_TWO_SIDED: u32 = 1;
+
+/// A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_material {
     /// `VOLGRAD_MATERIAL_*`.
     pub kind: u32,
-    /// Reserved; 0.
+    /// `VOLGRAD_MATERIAL_TWO_SIDED` or 0.
     pub flags: u32,
-    /// Diffuse: albedo. Mirror: reflectance at all angles. In [0, 1].
+    /// Diffuse: albedo. Mirror: reflectance at all angles. Conductor: factor on its Fresnel reflectance, usually 1. In [0, 1].
     pub reflectance: Rgb,
     /// Dielectric: index of refraction inside over outside; the normal points outside. > 0.
     pub eta: f32,
-    /// Reserved for rough materials; 0.
+    /// Dielectric, conductor: alpha of the isotropic GGX distribution of microfacet normals, >= 1e-4; or 0, a smooth surface. A rough
+    /// dielectric's eta is not 1.
     pub roughness: f32,
-    /// Reserved for conductors; 0.
+    /// Conductor: complex index of refraction eta + i k over that outside, per channel; >= 0.
     pub conductor_eta: Rgb,
     pub conductor_k: Rgb,
     /// Reserved for callback materials; NULL.
@@ -147,6 +153,8 @@ pub const VOLGRAD_LIGHT_SPHERE: u32 = 2;
 pub const VOLGRAD_LIGHT_ENVIRONMENT: u32 = 3;
 pub const VOLGRAD_LIGHT_DIRECTIONAL: u32 = 4;
 pub const VOLGRAD_LIGHT_POINT: u32 = 5;
+pub const VOLGRAD_LIGHT_SPOT: u32 = 6;
+pub const VOLGRAD_LIGHT_ENVIRONMENT_MAP: u32 = 7;
 
 /// A light. Area lights emit from the side that their normal points to, and are opaque surfaces that the host's ray queries return.
 #[repr(C)]
@@ -156,24 +164,30 @@ pub struct volgrad_light {
     pub kind: u32,
     /// Reserved; 0.
     pub flags: u32,
-    /// Area and environment: radiance. Directional: irradiance on a plane across its direction. Point: intensity. Not negative.
+    /// Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
+    /// its inner cone. Environment map: factor on its image. Not negative.
     pub emission: Rgb,
-    /// Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional and point lights,
-    /// which nothing else can find. All weights are divided by their sum.
+    /// Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
+    /// lights, which nothing else can find. All weights are divided by their sum.
     pub sampling_weight: f32,
-    /// Parallelogram, triangle: a corner. Sphere: centre. Point: position.
+    /// Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
     pub position: Vec3,
     /// Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
+    /// Environment map: its x and y axes in the world; y is up.
     pub edge_u: Vec3,
     pub edge_v: Vec3,
     /// Sphere: radius; its normal points outwards.
     pub radius: f32,
-    /// Directional: unit direction in which the light travels.
+    /// Directional: unit direction in which the light travels. Spot: unit direction of its axis. Environment map: its z axis in the world;
+    /// the three are orthonormal, (1,0,0), (0,1,0), (0,0,1) if nothing is turned.
     pub direction: Vec3,
-    /// Reserved for spot lights; 0.
+    /// Spot: cosines of two cones' half angles, -1 <= cos_outer <= cos_inner <= 1: all of the intensity within the inner one, nothing
+    /// outside the outer one, between them falling off linearly in the angle.
     pub cos_inner: f32,
     pub cos_outer: f32,
-    /// Reserved for environment maps; NULL and 0.
+    /// Environment map: image_width * image_height linear RGB radiances, not negative, from the first row on; longitude by latitude,
+    /// interpolated bilinearly. Texel i of a row lies at longitude (i + .5)/image_width of a turn from -z by +x, z and -x; the
+    /// first row is the up pole, the last the down pole, so image_height >= 2. Borrowed: must outlive the scene. NULL for other kinds.
     pub image: *const f32,
     pub image_width: u32,
     pub image_height: u32,
@@ -182,7 +196,7 @@ pub struct volgrad_light {
 }
 
 /// Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
-/// after it; density grids are borrowed.
+/// after it; density grids and environment maps are borrowed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_scene_desc {
@@ -194,7 +208,7 @@ pub struct volgrad_scene_desc {
     pub camera: volgrad_camera,
     pub media: *const volgrad_medium,
     pub materials: *const volgrad_material,
-    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`.
+    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
     pub lights: *const volgrad_light,
 }
 

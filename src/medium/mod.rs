@@ -30,6 +30,12 @@ impl Medium<'_> {
     pub fn sigma_s(&self, x: DVec3) -> Colour {
         self.albedo * self.sigma_t(x)
     }
+
+    /// ∇log σ_s = ∇ρ/ρ, away from faces; None where nothing scatters.
+    pub fn log_sigma_s_gradient(&self, x: DVec3) -> Option<DVec3> {
+        let density = self.density.at(x);
+        (density > 0.0).then(|| self.density.gradient(x) / density)
+    }
 }
 
 /// The scalar density of a medium.

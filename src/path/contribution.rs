@@ -9,7 +9,7 @@
 use super::{Node, Path, PathError, PathErrorKind};
 use crate::math::{Colour, DVec3, transmittance};
 use crate::medium::optical_depth;
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 
 /// The factors of f that belong to vertex i and to the edge from it to vertex i + 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,22 +35,33 @@ pub fn contribution(scene: &Scene, path: &Path) -> Result<Colour, PathError> {
 
 /// The factors at vertex `i`.
 pub fn factors(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathError> {
-    let vertex = vertex_factor(scene, path, i)?;
+    let factors = in_vacuum(scene, path, i)?;
     if i + 1 == path.vertices.len() {
-        return Ok(Factors { vertex, geometry: 1.0, transmittance: Colour::ONE });
+        return Ok(factors);
     }
-    let line = path.edge(scene, i)?;
-    Ok(Factors { vertex, geometry: geometry(scene, path, i)?, transmittance: transmittance(optical_depth(&line)) })
+    Ok(Factors { transmittance: transmittance(optical_depth(&path.edge(scene, i)?)), ..factors })
+}
+
+/// The factors at vertex `i` but for transmittance, which costs the most.
+pub(super) fn in_vacuum(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathError> {
+    let vertex = vertex_factor(scene, path, i)?;
+    let geometry = if i + 1 == path.vertices.len() { 1.0 } else { geometry(scene, path, i)? };
+    Ok(Factors { vertex, geometry, transmittance: Colour::ONE })
 }
 
 /// Unit vector from vertex i to a neighbour of it.
-fn towards(path: &Path, scene: &Scene, i: usize, neighbour: usize) -> Result<DVec3, PathError> {
+pub(super) fn towards(path: &Path, scene: &Scene, i: usize, neighbour: usize) -> Result<DVec3, PathError> {
     let to = path.position(scene, neighbour)?;
     if path.node(scene, neighbour)?.is_direction() {
         return Ok(to);
     }
     let v = to - path.position(scene, i)?;
     v.try_normalize().ok_or(PathErrorKind::ZeroLength.at(i))
+}
+
+/// Unit vector along which light travels from the light at vertex `i` to the vertex before it.
+fn emission_direction(scene: &Scene, path: &Path, i: usize) -> Result<DVec3, PathError> {
+    if path.node(scene, i)?.is_direction() { Ok(-path.position(scene, i)?) } else { towards(path, scene, i, i - 1) }
 }
 
 fn vertex_factor(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathError> {
@@ -71,11 +82,9 @@ fn vertex_factor(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathErr
             Ok(bsdf.eval_or_weight(normal, to_camera, to_light))
         }
         Node::Light(light) => {
-            let emits = match light {
-                Light::Environment { .. } | Light::Directional { .. } | Light::Point { .. } => true,
-                _ => normal.dot(towards(path, scene, i, i - 1)?) > 0.0,
-            };
-            Ok(if emits { light.emission() } else { Colour::ZERO })
+            let direction = emission_direction(scene, path, i)?;
+            let dark = light.area_pdf() > 0.0 && !(normal.dot(direction) > 0.0);
+            Ok(if dark { Colour::ZERO } else { light.emission(direction) })
         }
     }
 }

@@ -17,8 +17,8 @@ pub struct Vertex {
     pub kind: u32,
     /// Index into the scene's media, materials or lights, by kind. Unused for the camera.
     pub index: u32,
-    /// World position; for an environment or directional light the unit direction towards it. Unused for the camera, whose position
-    /// is the scene's.
+    /// World position; for an environment or directional light the unit direction towards it. For a thin lens
+    /// camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
     pub position: Vec3,
     /// Geometric unit normal of a surface or area light; unused otherwise.
     pub normal: Vec3,
@@ -73,7 +73,7 @@ pub enum Node<'a> {
     Camera(&'a Camera),
     Medium(&'a Medium<'a>),
     Surface(&'a Bsdf),
-    Light(&'a Light),
+    Light(&'a Light<'a>),
 }
 
 impl Node<'_> {
@@ -83,7 +83,7 @@ impl Node<'_> {
 
     /// Whether the vertex is a direction instead of a point.
     pub fn is_direction(&self) -> bool {
-        matches!(self, Self::Light(Light::Environment { .. } | Light::Directional { .. }))
+        matches!(self, Self::Light(light) if light.is_environment() || matches!(light, Light::Directional { .. }))
     }
 
     /// Whether the geometry term has a surface cosine here.
@@ -101,9 +101,9 @@ impl<'a> Path<'a> {
         self.vertices.get(i).ok_or(PathErrorKind::BadIndex.at(i))
     }
 
-    /// Where vertex `i` is: the scene's camera, or as the vertex says; for a light at infinity the direction.
+    /// Where vertex `i` is: the scene's pinhole camera, or as the vertex says; for a light at infinity the direction.
     pub fn position(&self, scene: &Scene, i: usize) -> Result<DVec3, PathError> {
-        if i == 0 {
+        if i == 0 && scene.camera.is_pinhole() {
             return Ok(scene.camera.position);
         }
         let position = self.vertex(i)?.position.wide();
@@ -166,7 +166,7 @@ impl<'a> Path<'a> {
         }
         for (i, vertex) in self.vertices.iter().enumerate() {
             let node = self.node(scene, i)?;
-            let point_ok = i == 0 || vertex.position.wide().is_finite();
+            let point_ok = (i == 0 && scene.camera.is_pinhole()) || vertex.position.wide().is_finite();
             let position_ok = point_ok && (!node.is_direction() || is_unit(vertex.position));
             if !position_ok || (node.has_cosine() && !is_unit(vertex.normal)) {
                 return Err(PathErrorKind::NotFinite.at(i));

@@ -22,6 +22,8 @@ pub struct NextEvent {
     pub scattering: Colour,
     /// Emission times MIS weight over the density of the sample.
     pub emitted: Colour,
+    /// Whether the light emits differently towards other points.
+    pub profile: bool,
     pub hit: Hit,
 }
 
@@ -66,16 +68,18 @@ pub fn sample(
     if vertex.is_specular() {
         return Ok(Outcome::Nothing);
     }
-    let Some((index, light)) = scene.lights.pick(number(numbers, Slot::Light)) else { return Ok(Outcome::Nothing) };
+    let Some((index, light, rest)) = scene.lights.pick(number(numbers, Slot::Light)) else { return Ok(Outcome::Nothing) };
     let pick = scene.lights.probability(index);
     let u = pair(numbers, Slot::LightU, Slot::LightV);
     let aim = match light.sample(u) {
+        LightSample::Sky { pdf, .. } if !(pdf > 0.0) => return Ok(Outcome::Nothing),
+        LightSample::Sky { to_light, pdf } => Aim { next: Next::Direction(to_light), pdf: pick * pdf, rival: true },
         LightSample::Direction { to_light } => Aim { next: Next::Direction(to_light), pdf: pick, rival: false },
         LightSample::Point { position, normal, pdf } => {
             Aim { next: Next::Point { position, normal }, pdf: pick * pdf, rival: normal.is_some() }
         }
         LightSample::AnyDirection => {
-            let Some(sample) = vertex.sample(u, 0.0) else { return Ok(Outcome::Nothing) };
+            let Some(sample) = vertex.sample(u, rest) else { return Ok(Outcome::Nothing) };
             let Some(pdf) = sample.pdf else { return Ok(Outcome::Nothing) };
             Aim { next: Next::Direction(sample.direction), pdf: pick * pdf, rival: true }
         }
@@ -83,7 +87,9 @@ pub fn sample(
     let (direction, distance) = aim.next.seen_from(vertex.position);
     let geometry = aim.next.geometry(direction, distance);
     let scattering = vertex.eval(direction);
-    if !(geometry > 0.0 && scattering.max_element() > 0.0) {
+    let emission = light.emission(-direction);
+    let dark = !(emission.max_element() > 0.0);
+    if dark || !(geometry > 0.0 && scattering.max_element() > 0.0) {
         return Ok(Outcome::Nothing);
     }
     let Origin { medium, t_min } = origin(direction);
@@ -104,7 +110,7 @@ pub fn sample(
     let transmittance = transmittance(optical_depth);
     // The balance heuristic against finding the light by going on: both densities per unit of the light's own measure.
     let going_on = if aim.rival { survival * vertex.pdf(direction) * mean(transmittance) * geometry } else { 0.0 };
-    let emitted = light.emission() / (aim.pdf + going_on);
+    let emitted = emission / (aim.pdf + going_on);
     Ok(Outcome::Light(NextEvent {
         position: vertex.position,
         next: aim.next,
@@ -115,6 +121,7 @@ pub fn sample(
         geometry,
         scattering,
         emitted,
+        profile: light.has_profile(),
         hit,
     }))
 }

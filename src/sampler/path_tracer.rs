@@ -69,16 +69,19 @@ impl<Q: Queries> PathTracer<'_, Q> {
             let (x, y) = tiling.map_or((x0 + index % width, y0 + index / width), |tiling| tiling.pixel(index));
             let pixel = (y - y0) * width + x - x0;
             let mut numbers = RandomNumbers::for_path(seed, pass, pixel);
-            let place = DVec2::new(x.into(), y.into()) + pair(&numbers.vertex(0), Slot::DirectionU, Slot::DirectionV);
+            let at_camera = numbers.vertex(0);
+            let place = DVec2::new(x.into(), y.into()) + pair(&at_camera, Slot::DirectionU, Slot::DirectionV);
+            let lens = camera.lens_point(pair(&at_camera, Slot::LightU, Slot::LightV));
             if let Some(bounds) = tiling.map(|tiling| tiling.tile(x, y)) {
+                // All paths of a tile go through one point of the lens: that of the first one of them.
                 if tile.as_ref().is_none_or(|(known, _)| *known != bounds) {
-                    let traced = Tile::trace(self.scene, self.queries, bounds, place)?;
+                    let traced = Tile::trace(self.scene, self.queries, bounds, place, lens)?;
                     stats.rays += traced.views().len() as u64;
                     tile = Some((bounds, traced));
                 }
             }
             let tile = tile.as_ref().map(|(_, tile)| tile);
-            let record = self.trace(self.view(tile, place, stats)?, &mut numbers, stats)?;
+            let record = self.trace(self.view(tile, place, lens, stats)?, &mut numbers, stats)?;
             let plain = record.plain;
             if let (Some(options), Some(shiftable)) = (&shift, record.finish()) {
                 let draw = Draw { tiles: tile_numbers(seed, pass), random: shift_numbers(seed, pass, pixel) };
@@ -93,11 +96,11 @@ impl<Q: Queries> PathTracer<'_, Q> {
     }
 
     /// What the camera sees at an image point.
-    fn view(&self, tile: Option<&Tile>, pixel: DVec2, stats: &mut Stats) -> Result<View, Stop> {
+    fn view(&self, tile: Option<&Tile>, pixel: DVec2, lens: DVec2, stats: &mut Stats) -> Result<View, Stop> {
         if let Some(view) = tile.and_then(|tile| tile.view(pixel)) {
             return Ok(*view);
         }
-        let mut view = [View::through(self.scene, pixel)];
+        let mut view = [View::through(self.scene, pixel, lens)];
         View::trace(&mut view, self.scene, self.queries)?;
         stats.rays += 1;
         let [view] = view;
@@ -174,7 +177,6 @@ struct Vertex<'a> {
 
 impl<'a, Q: Queries> Walk<'a, Q> {
     fn from_camera(tracer: &'a PathTracer<'a, Q>, view: View, stats: &'a mut Stats) -> Self {
-        let camera = &tracer.scene.camera;
         Self {
             scene: tracer.scene,
             queries: tracer.queries,
@@ -182,11 +184,11 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             stats,
             record: Record::new(tracer.options.shift.as_ref()),
             view,
-            origin: camera.position,
+            origin: view.ray.origin,
             direction: view.ray.direction,
             start: view.ray.start,
             t_min: 0.0,
-            medium: camera.medium,
+            medium: tracer.scene.camera.medium,
             throughput: Colour::ONE,
             eta_squared: 1.0,
             sampled: None,
@@ -227,7 +229,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         }
         let optical_depth = self.view.whole_depth(self.scene);
         if let Some(light) = light {
-            self.record.emitted(transmittance(optical_depth), light.emission());
+            self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
         if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
     }
@@ -275,6 +277,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             density: pdf,
             next: Next::Point { position, normal: None },
             place: Some(Place::Medium(index)),
+            connects: true,
             sigma_s,
             phase: Some(medium.phase),
         };
@@ -294,14 +297,16 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     fn arrive(&mut self, depth: u32, hit: Hit, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
         self.throughput *= transmittance(optical_depth) / probability;
         let bsdf = if hit.kind == HIT_SURFACE { Some(self.scene.materials.get(hit.material as usize)?) } else { None };
-        let normal = hit.unit_normal();
+        let geometric = hit.unit_normal();
+        let normal = bsdf.map_or(geometric, |bsdf| bsdf.facing(geometric, -self.direction));
         let position = self.origin + length * self.direction;
         let arrival = Arrival {
             line: self.line(length, hit.media()),
             optical_depth,
             density: probability,
             next: bsdf.map_or(Next::Direction(self.direction), |_| Next::Point { position, normal: Some(normal) }),
-            place: bsdf.filter(|bsdf| !bsdf.is_specular()).map(|_| Place::surface(&hit)),
+            place: bsdf.and_then(|bsdf| Place::on_surface(bsdf, &hit, self.direction)),
+            connects: bsdf.is_none_or(Bsdf::is_lambertian),
             sigma_s: Colour::ONE,
             phase: None,
         };
@@ -332,13 +337,15 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let mis = self.sampled.map_or(1.0, |sampled| {
             let pick = self.scene.lights.probability(index);
             let going_on = sampled.pdf * probability * geometry;
-            let next_event = match light {
-                Light::Environment { .. } => pick * sampled.direction_pdf,
-                light => pick * light.area_pdf(),
-            };
+            let next_event = pick
+                * match light {
+                    Light::Environment { .. } => sampled.direction_pdf,
+                    Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),
+                    light => light.area_pdf(),
+                };
             if next_event > 0.0 { going_on / (going_on + next_event) } else { 1.0 }
         });
-        self.record.emitted(self.throughput, light.emission() * mis);
+        self.record.emitted(self.throughput, light.emission(-self.direction) * mis);
     }
 
     /// Next-event estimation at a vertex, then a new direction. False: the path ends.

@@ -17,7 +17,7 @@ pub enum Slot {
     Lobe = 3,
     /// Russian roulette.
     Survival = 4,
-    /// Next-event estimation: which light, and where on it.
+    /// Next-event estimation: which light, and where on it; at the camera the last two are the place on the lens.
     Light = 5,
     LightU = 6,
     LightV = 7,

@@ -49,8 +49,10 @@ pub struct Arrival<'a> {
     /// Of a collision per distance, or the probability of passing.
     pub density: f64,
     pub next: Next,
-    /// What scatters there; None at specular surfaces and at infinity.
+    /// What scatters there, if a run may begin or go on there.
     pub place: Option<Place>,
+    /// Whether what scatters there does not depend on where light goes, but for a phase function: then a run may end before.
+    pub connects: bool,
     /// 1 but in a medium.
     pub sigma_s: Colour,
     pub phase: Option<Phase>,
@@ -81,18 +83,18 @@ impl Record {
 
     /// A later vertex.
     pub fn later(&mut self, arrival: &Arrival) {
-        match (self.stage, arrival.next) {
-            (Stage::Leaving { pdf }, next) => {
+        match self.stage {
+            Stage::Leaving { pdf } => {
                 if self.extend(arrival) {
                     self.rest /= pdf * arrival.density;
                     self.stage = Stage::Run;
-                } else if arrival.place.is_some() || matches!(next, Next::Direction(_)) {
+                } else if arrival.connects {
                     self.leave(pdf, arrival);
                 } else {
                     self.leave_before_last(pdf, arrival);
                 }
             }
-            (Stage::Beyond { .. }, _) => self.pass(arrival),
+            Stage::Beyond { .. } => self.pass(arrival),
             _ => {}
         }
     }
@@ -123,7 +125,7 @@ impl Record {
         self.stage = Stage::Next { phase: arrival.phase };
     }
 
-    /// The path meets a specular surface: the run's last vertex cannot move, but the ones before it can, and connect to it.
+    /// The path meets a surface that no link may end at: the run's last vertex cannot move, but the ones before it can, and connect to it.
     fn leave_before_last(&mut self, pdf: f64, arrival: &Arrival) {
         self.stage = Stage::Plain;
         let Some(path) = &mut self.shiftable else { return };
@@ -170,7 +172,7 @@ impl Record {
     /// A next-event estimate at the current vertex.
     pub fn next_event(&mut self, scene: &Scene, throughput: Colour, event: &NextEvent) {
         match self.stage {
-            Stage::Run => {
+            Stage::Run if !event.profile => {
                 let depth = if self.derivatives {
                     Depth::near(&moments(&event.line(scene)), event.direction, event.distance)
                 } else {

@@ -1,10 +1,15 @@
-//! The pinhole camera: from image points to directions, back, and its importance.
+//! Pinhole and thin lens cameras: from image points and points on the lens to rays, back, and the importance of both.
+//!
+//! Through a fixed point of the lens the camera is a pinhole camera whose image is shifted so that the plane in focus stays where it is.
+//! Image areas on the plane at distance 1, and their ratio to solid angles, are the same for all points of the lens.
+//! Source of the thin lens: Mitsuba 3, `thinlens`.
 
 use super::{Ray, Scene};
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, uniform_disk};
 use crate::medium::{Line, Segment};
+use core::f64::consts::PI;
 
-/// A pinhole camera. `right`, `up`, `forward` are orthonormal; pixel x grows along `right`, pixel y against `up`.
+/// A camera. `right`, `up`, `forward` are orthonormal; pixel x grows along `right`, pixel y against `up`.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     pub position: DVec3,
@@ -20,11 +25,17 @@ pub struct Camera {
     pub near_clip: f64,
     /// Medium around the near plane.
     pub medium: u32,
+    /// 0 for a pinhole.
+    pub lens_radius: f64,
+    /// Distance along `forward` of what is in focus; > 0, without a meaning for a pinhole.
+    pub focal_distance: f64,
 }
 
-/// A ray through an image point. It starts at the near plane, `start` away from the camera's position.
+/// A ray through an image point, from a point of the lens. It starts at the near plane, `start` away from there.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraRay {
+    /// The path's x_0.
+    pub origin: DVec3,
     pub direction: DVec3,
     pub start: f64,
     /// Cosine to the viewing direction.
@@ -41,21 +52,24 @@ pub struct ImagePoint {
 }
 
 impl CameraRay {
-    /// The same ray for the host, from the near plane on and `length` from the camera's position.
+    /// The same ray for the host, from the near plane on, ending `length` from x_0.
     pub fn free(&self, camera: &Camera, length: f64) -> Ray {
-        let start = camera.position + self.start * self.direction;
+        let start = self.origin + self.start * self.direction;
         Ray::free(start, self.direction, length - self.start, camera.medium)
     }
 
-    /// The edge along it, `length` from the camera's position; `segments` start at the near plane.
+    /// The edge along it, ending `length` from x_0; `segments` start at the near plane.
     pub fn line<'s>(&self, scene: &'s Scene<'s>, length: f64, segments: &'s [Segment]) -> Line<'s> {
-        let camera = &scene.camera;
-        let line = Line::new(scene.media, camera.position, self.direction, length, segments);
-        Line { start: self.start, start_normal: camera.forward, segments_start: self.start, ..line }
+        let line = Line::new(scene.media, self.origin, self.direction, length, segments);
+        Line { start: self.start, start_normal: scene.camera.forward, segments_start: self.start, ..line }
     }
 }
 
 impl Camera {
+    pub fn is_pinhole(&self) -> bool {
+        self.lens_radius == 0.0
+    }
+
     /// Side of a pixel on the plane at distance 1.
     pub fn pixel_size(&self) -> f64 {
         2.0 * self.tan_half_fov_x / f64::from(self.width)
@@ -67,13 +81,39 @@ impl Camera {
         size * size * f64::from(self.width) * f64::from(self.height)
     }
 
-    pub fn ray(&self, pixel: DVec2) -> CameraRay {
+    /// A point of the lens from two uniform numbers, in world units along `right` and `up`; 0 for a pinhole.
+    pub fn lens_point(&self, u: DVec2) -> DVec2 {
+        if self.is_pinhole() { DVec2::ZERO } else { uniform_disk(u) * self.lens_radius }
+    }
+
+    /// Where on the lens a world point is.
+    pub fn on_lens(&self, origin: DVec3) -> DVec2 {
+        let v = origin - self.position;
+        DVec2::new(v.dot(self.right), v.dot(self.up))
+    }
+
+    /// The pinhole camera that a point of the lens is for what changes with its distance and direction.
+    pub fn at(&self, origin: DVec3) -> Self {
+        Self { position: origin, ..*self }
+    }
+
+    fn origin(&self, lens: DVec2) -> DVec3 {
+        self.position + (lens.x * self.right + lens.y * self.up)
+    }
+
+    /// The ray through an image point that starts at a point of the lens.
+    pub fn ray(&self, pixel: DVec2, lens: DVec2) -> CameraRay {
         let size = self.pixel_size();
-        let x = (pixel.x - 0.5 * f64::from(self.width)) * size;
-        let y = (0.5 * f64::from(self.height) - pixel.y) * size;
+        let x = (pixel.x - 0.5 * f64::from(self.width)) * size - lens.x / self.focal_distance;
+        let y = (0.5 * f64::from(self.height) - pixel.y) * size - lens.y / self.focal_distance;
         let to_plane = self.forward + x * self.right + y * self.up;
         let distance = to_plane.length();
-        CameraRay { direction: to_plane / distance, start: self.near_clip * distance, cosine: 1.0 / distance }
+        CameraRay {
+            origin: self.origin(lens),
+            direction: to_plane / distance,
+            start: self.near_clip * distance,
+            cosine: 1.0 / distance,
+        }
     }
 
     /// Whether an image point is on the sampled pixels.
@@ -87,30 +127,34 @@ impl Camera {
         (x - self.position).dot(self.forward)
     }
 
-    /// Where `x` is seen; None if not beyond the near plane or outside the sampled pixels.
-    pub fn project(&self, x: DVec3) -> Option<ImagePoint> {
-        let v = x - self.position;
+    /// Where `x` is seen through a point of the lens; None if not beyond the near plane or outside the sampled pixels.
+    pub fn project(&self, x: DVec3, lens: DVec2) -> Option<ImagePoint> {
+        let origin = self.origin(lens);
+        let v = x - origin;
         let depth = v.dot(self.forward);
         if !(depth > self.near_clip && depth > 0.0) {
             return None;
         }
         let scale = 1.0 / (depth * self.pixel_size());
+        let shift = lens / (self.focal_distance * self.pixel_size());
         let pixel = DVec2::new(
-            0.5 * f64::from(self.width) + v.dot(self.right) * scale,
-            0.5 * f64::from(self.height) - v.dot(self.up) * scale,
+            0.5 * f64::from(self.width) + (v.dot(self.right) * scale + shift.x),
+            0.5 * f64::from(self.height) - (v.dot(self.up) * scale + shift.y),
         );
         if !self.samples(pixel) {
             return None;
         }
         let distance = v.length();
         let cosine = depth / distance;
-        let ray = CameraRay { direction: v / distance, start: self.near_clip / cosine, cosine };
+        let ray = CameraRay { origin, direction: v / distance, start: self.near_clip / cosine, cosine };
         Some(ImagePoint { pixel, ray, distance })
     }
 
-    /// Importance W_e emitted at cosine `cosine` to the viewing direction, per image area: 1/(A cos⁴θ).
+    /// Importance W_e emitted at cosine `cosine` to the viewing direction: 1/(A cos⁴θ), per image area, or 1/(A A_lens cos⁴θ) per
+    /// area of the lens as well.
     pub fn importance(&self, cosine: f64) -> f64 {
         let c2 = cosine * cosine;
-        1.0 / (self.image_area() * c2 * c2)
+        let lens_area = if self.is_pinhole() { 1.0 } else { PI * self.lens_radius * self.lens_radius };
+        1.0 / (self.image_area() * c2 * c2 * lens_area)
     }
 }

@@ -6,9 +6,9 @@ mod light;
 mod query;
 mod view;
 
-pub use bsdf::{Bsdf, BsdfSample};
+pub use bsdf::{Bsdf, BsdfSample, Conductor, Ggx, Reflector, RoughConductor, RoughDielectric};
 pub use camera::{Camera, CameraRay, ImagePoint};
-pub use light::{Light, LightSample, Lights};
+pub use light::{EnvironmentMap, Falloff, Light, LightSample, Lights, accumulate, running_sums, sums_length};
 pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
 pub use view::View;
 

@@ -20,8 +20,8 @@ const CHUNK: usize = 8;
 
 impl View {
     /// To be traced.
-    pub fn through(scene: &Scene, pixel: DVec2) -> Self {
-        Self { pixel, ray: scene.camera.ray(pixel), hit: Hit::EMPTY, optical_depth: None }
+    pub fn through(scene: &Scene, pixel: DVec2, lens: DVec2) -> Self {
+        Self { pixel, ray: scene.camera.ray(pixel, lens), hit: Hit::EMPTY, optical_depth: None }
     }
 
     /// Traces all rays.
@@ -43,12 +43,12 @@ impl View {
         Ok(())
     }
 
-    /// How far it goes, from the camera's position.
+    /// How far it goes from x_0.
     pub fn length(&self) -> f64 {
         if self.hit.kind == HIT_SURFACE { self.ray.start + f64::from(self.hit.t) } else { f64::INFINITY }
     }
 
-    /// The edge from the camera, `length` long.
+    /// The edge along it, `length` long.
     pub fn line<'s>(&'s self, scene: &'s Scene<'s>, length: f64) -> Line<'s> {
         self.ray.line(scene, length, self.hit.media())
     }

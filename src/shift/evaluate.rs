@@ -6,7 +6,7 @@ use super::place::Member;
 use super::run::{Aim, Place, Progress, Shiftable};
 use crate::math::{Colour, DVec3};
 use crate::medium::{Line, optical_depth};
-use crate::scene::{Bsdf, HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
 
 /// Rays per query.
 const CHUNK: usize = 8;
@@ -67,7 +67,7 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
         )
     }
 
-    /// The members whose image point shows a surface that is not specular, but for those that are known.
+    /// The members whose image point shows a surface where paths may begin to move, but for those that are known.
     fn see_surfaces(&mut self, chunk: &mut [Member]) -> Result<(), Stop> {
         let camera = &self.scene.camera;
         self.ask(
@@ -78,13 +78,10 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
             |scene, member, hit| {
                 let bsdf = scene.materials.get(hit.material as usize);
                 let Some(image) = &mut member.image else { return };
-                if bsdf.is_none_or(Bsdf::is_specular) {
-                    return;
-                }
+                let Some(place) = bsdf.and_then(|bsdf| Place::on_surface(bsdf, hit, image.ray.direction)) else { return };
                 image.distance = image.ray.start + f64::from(hit.t);
-                member.y = camera.position + image.distance * image.ray.direction;
+                member.y = image.ray.origin + image.distance * image.ray.direction;
                 let line = image.ray.line(scene, image.distance, hit.media());
-                let place = Place::surface(hit);
                 member.value = Some(Progress::at_first(scene, member.y, place, *image, optical_depth(&line)));
             },
         )

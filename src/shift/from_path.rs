@@ -12,7 +12,8 @@ use crate::scene::{MAX_SEGMENTS, Scene};
 /// Prepares a path of any sampler, with weight C = w·f/p in RGB. None: its first vertex may not move, it stays as it is.
 pub fn from_path(scene: &Scene, path: &Path, weight: Colour, options: &Options) -> Result<Option<Shiftable>, PathError> {
     let Some(length) = run_length(scene, path, options)? else { return Ok(None) };
-    let image = scene.camera.project(path.position(scene, 1)?).ok_or(PathErrorKind::ZeroContribution.at(1))?;
+    let lens = scene.camera.on_lens(path.position(scene, 0)?);
+    let image = scene.camera.project(path.position(scene, 1)?, lens).ok_or(PathErrorKind::ZeroContribution.at(1))?;
     let mut shiftable = Shiftable::new(image, run_vertex(scene, path, 1, options.mode)?);
     for i in 2..=length {
         shiftable.push(run_vertex(scene, path, i, options.mode)?);
@@ -34,16 +35,24 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour, options: &Options) 
 
 /// How many vertices move, the medium vertices from the camera on, or one on a surface. The vertex after them must be one to connect to.
 fn run_length(scene: &Scene, path: &Path, options: &Options) -> Result<Option<usize>, PathError> {
+    let connects = |i: usize| {
+        Ok(match path.node(scene, i)? {
+            Node::Surface(bsdf) => bsdf.is_lambertian(),
+            Node::Light(light) => !light.has_profile(),
+            _ => true,
+        })
+    };
+    let mut length = 1;
     match path.node(scene, 1)? {
-        Node::Medium(_) => {}
-        Node::Surface(bsdf) if !bsdf.is_specular() => return Ok((!path.node(scene, 2)?.is_specular()).then_some(1)),
+        Node::Medium(_) => {
+            while length < options.run && matches!(path.node(scene, length + 1)?, Node::Medium(_)) {
+                length += 1;
+            }
+        }
+        Node::Surface(bsdf) if !bsdf.is_specular() && bsdf.keeps_sides() => {}
         _ => return Ok(None),
     }
-    let mut length = 1;
-    while length < options.run && matches!(path.node(scene, length + 1)?, Node::Medium(_)) {
-        length += 1;
-    }
-    if path.node(scene, length + 1)?.is_specular() {
+    if !connects(length + 1)? {
         length -= 1;
     }
     Ok((length > 0).then_some(length))
@@ -53,9 +62,10 @@ fn run_vertex(scene: &Scene, path: &Path, i: usize, mode: Mode) -> Result<RunVer
     let edge = edge(scene, path, i - 1)?;
     let vertex = path.vertex(i)?;
     let place = match path.node(scene, i)? {
-        Node::Surface(_) => {
+        Node::Surface(bsdf) => {
             let medium = path.edge(scene, i)?.segments.first().map_or(NONE, |segment| segment.medium);
-            Place::Surface { material: vertex.index, normal: vertex.normal.wide().normalize_or_zero(), medium }
+            let normal = bsdf.facing(vertex.normal.wide().normalize_or_zero(), -edge.direction);
+            Place::Surface { material: vertex.index, normal, medium }
         }
         _ => Place::Medium(vertex.index),
     };
@@ -74,12 +84,17 @@ fn run_vertex(scene: &Scene, path: &Path, i: usize, mode: Mode) -> Result<RunVer
 fn link_onwards(scene: &Scene, path: &Path, last: usize, mode: Mode) -> Result<Onwards, PathError> {
     let node = path.node(scene, last + 1)?;
     let position = path.position(scene, last + 1)?;
+    let edge = edge(scene, path, last)?;
+    let outside = path.vertex(last + 1)?.normal.wide();
+    let normal = match node {
+        Node::Surface(bsdf) => bsdf.facing(outside, -edge.direction),
+        _ => outside,
+    };
     let next = if node.is_direction() {
         Next::Direction(position)
     } else {
-        Next::Point { position, normal: node.has_cosine().then_some(path.vertex(last + 1)?.normal.wide()) }
+        Next::Point { position, normal: node.has_cosine().then_some(normal) }
     };
-    let edge = edge(scene, path, last)?;
     let depth = if mode.has_derivatives() {
         Depth::near(&moments(&edge), edge.direction, edge.length)
     } else {

@@ -43,7 +43,7 @@ pub(super) fn group_gradients(camera: &Camera, scene: &Scene, path: &Shiftable, 
     for (i, vertex) in path.run().iter().enumerate() {
         a = a.plus(scattering(scene, vertex)).minus(&vertex.depth.slope);
         if i == 0 {
-            let seen = Seen::from(camera, vertex.x, Neighbour::Camera);
+            let seen = Seen::from(&camera.at(path.image.ray.origin), vertex.x, Neighbour::Camera);
             a = a.plus(seen.geometry_gradient() + seen.importance_gradient(camera));
         }
         if let Some((link, _)) = &vertex.light {

@@ -39,7 +39,7 @@ impl Member {
             return;
         }
         if let Place::Surface { normal, .. } = first.place {
-            let origin = scene.camera.position;
+            let origin = image.ray.origin;
             let distance = normal.dot(first.x - origin) / normal.dot(image.ray.direction);
             if !(distance > image.ray.start && distance.is_finite()) {
                 return;
@@ -81,21 +81,22 @@ pub(super) fn place<'m>(
 ) -> &'m mut [Member] {
     let (own, x) = (path.image.pixel, path.first().x);
     let random = &mut draw.random;
+    let lens = camera.on_lens(path.image.ray.origin);
     if options.kernel == Kernel::Tile {
         let tiling = Tiling::new(camera, options.tile_side(), draw.tiles);
         let scale = camera.pixel_size() * camera.depth(x);
         members.fill(tiling.others(own).map(|offset| {
             let pixel = own + offset;
             let y = x + scale * (offset.x * camera.right - offset.y * camera.up);
-            let distance = (y - camera.position).length();
-            Member { image: Some(ImagePoint { pixel, ray: camera.ray(pixel), distance }), y, value: None }
+            let distance = (y - path.image.ray.origin).length();
+            Member { image: Some(ImagePoint { pixel, ray: camera.ray(pixel, lens), distance }), y, value: None }
         }))
     } else if path.first().place.is_surface() {
         let mut offset = || options.image_offset([random(), random()]);
         let centre = if options.mode == Mode::Exchangeable { own + offset() } else { own };
         members.fill((0..options.count).map(|_| {
             let pixel = centre + offset();
-            let image = ImagePoint { pixel, ray: camera.ray(pixel), distance: f64::INFINITY };
+            let image = ImagePoint { pixel, ray: camera.ray(pixel, lens), distance: f64::INFINITY };
             Member { image: Some(image).filter(|_| camera.samples(pixel)), y: x, value: None }
         }))
     } else {
@@ -104,7 +105,7 @@ pub(super) fn place<'m>(
         let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };
         members.fill((0..options.count).map(|_| {
             let y = centre + offset();
-            Member { image: camera.project(y), y, value: None }
+            Member { image: camera.project(y, lens), y, value: None }
         }))
     }
 }
@@ -136,15 +137,13 @@ pub(super) fn place_on_rays<'m>(scene: &Scene, path: &Shiftable, tile: &Tile, me
     }))
 }
 
-/// The surface that a camera ray meets, unless it is specular.
+/// The surface that a camera ray meets, if paths may begin to move there.
 fn on_surface(scene: &Scene, view: &View) -> Option<Progress> {
-    let material = scene.materials.get(view.hit.material as usize).filter(|_| view.hit.kind == HIT_SURFACE)?;
-    if material.is_specular() {
-        return None;
-    }
+    let bsdf = scene.materials.get(view.hit.material as usize).filter(|_| view.hit.kind == HIT_SURFACE)?;
+    let place = Place::on_surface(bsdf, &view.hit, view.ray.direction)?;
     let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: view.length() };
-    let y = scene.camera.position + image.distance * view.ray.direction;
-    Some(Progress::at_first(scene, y, Place::surface(&view.hit), image, view.optical_depth?))
+    let y = view.ray.origin + image.distance * view.ray.direction;
+    Some(Progress::at_first(scene, y, place, image, view.optical_depth?))
 }
 
 /// The vertex in a medium with `share` of the collisions along a camera ray before it, and dV/du there, per area of the image.

@@ -13,21 +13,28 @@
 use super::kernel::MAX_RUN;
 use super::link::{Depth, Link, MAX_WINGS, Onwards};
 use crate::math::{Colour, DVec3, transmittance};
-use crate::scene::{Camera, Hit, ImagePoint, Scene};
+use crate::scene::{Bsdf, Camera, Hit, ImagePoint, Scene};
 
 /// What scatters at a vertex of the run.
 #[derive(Clone, Copy, Debug)]
 pub enum Place {
     /// The medium of this index.
     Medium(u32),
-    /// A surface that is not specular. `medium` is on the side that its normal points to.
+    /// A surface, seen from the side that `normal` points to; `medium` is on that side.
     Surface { material: u32, normal: DVec3, medium: u32 },
 }
 
 impl Place {
-    /// The surface that a ray from the camera hit.
-    pub fn surface(hit: &Hit) -> Self {
-        Self::Surface { material: hit.material, normal: hit.unit_normal(), medium: hit.medium_beyond(true) }
+    /// The surface that a camera ray along `direction` hit. None where paths do not move: if it is specular, or light passes it.
+    pub fn on_surface(bsdf: &Bsdf, hit: &Hit, direction: DVec3) -> Option<Self> {
+        let outside = hit.unit_normal();
+        let normal = Self::normal(bsdf, outside, -direction)?;
+        Some(Self::Surface { material: hit.material, normal, medium: hit.medium_beyond(normal == outside) })
+    }
+
+    /// The normal on the side that the camera sees; None as for `on_surface`.
+    pub(super) fn normal(bsdf: &Bsdf, outside: DVec3, to_camera: DVec3) -> Option<DVec3> {
+        bsdf.keeps_sides().then(|| bsdf.facing(outside, to_camera)).filter(|_| !bsdf.is_specular())
     }
 
     /// f_p, or f_r·cos.

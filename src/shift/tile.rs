@@ -65,13 +65,19 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Traces the rays through the same place in all pixels of a tile as `pixel` is in its own.
-    pub fn trace(scene: &Scene, queries: &impl Queries, [x0, y0, x1, y1]: Bounds, pixel: DVec2) -> Result<Self, Stop> {
+    /// Traces the rays from a point of the lens through the same place in all pixels of a tile as `pixel` is in its own.
+    pub fn trace(
+        scene: &Scene,
+        queries: &impl Queries,
+        [x0, y0, x1, y1]: Bounds,
+        pixel: DVec2,
+        lens: DVec2,
+    ) -> Result<Self, Stop> {
         let place = DVec2::new(pixel.x - floor(pixel.x), pixel.y - floor(pixel.y));
-        let mut tile = Self { views: [View::through(scene, pixel); MAX_SHIFTS + 1], count: 0 };
+        let mut tile = Self { views: [View::through(scene, pixel, lens); MAX_SHIFTS + 1], count: 0 };
         let pixels = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y)));
         for (view, (x, y)) in tile.views.iter_mut().zip(pixels) {
-            *view = View::through(scene, DVec2::new(x.into(), y.into()) + place);
+            *view = View::through(scene, DVec2::new(x.into(), y.into()) + place, lens);
             tile.count += 1;
         }
         let views = tile.views.get_mut(..tile.count).unwrap_or(&mut []);

@@ -36,11 +36,14 @@ static void refuse_path(const volgrad_scene *in, const volgrad_path *p, volgrad_
     double rgb[3];
     volgrad_path_factor factors[3];
     volgrad_gradient gradient;
-    FILL(rgb), FILL(factors), FILL(gradient);
-    volgrad_status got[3] = {volgrad_path_contribution(in, p, rgb), volgrad_path_factors(in, p, factors, 3),
-                             volgrad_path_log_gradient(in, p, 1, &gradient)};
-    for (int i = 0; i < 3 && all; i++) check_status(got[i], status, what, __FILE__, at);
+    volgrad_derivative derivative;
+    FILL(rgb), FILL(factors), FILL(gradient), FILL(derivative);
+    volgrad_status got[4] = {volgrad_path_contribution(in, p, rgb), volgrad_path_factors(in, p, factors, 3),
+                             volgrad_path_log_gradient(in, p, 1, &gradient),
+                             volgrad_path_run_log_gradient(in, p, 1, 1, &gradient)};
+    for (int i = 0; i < 4 && all; i++) check_status(got[i], status, what, __FILE__, at);
     check_that(!all || (UNTOUCHED(rgb) && UNTOUCHED(factors) && UNTOUCHED(gradient)), what, __FILE__, at);
+    check_that(volgrad_path_run_log_derivative(in, p, 1, 1, &derivative) != VOLGRAD_OK && UNTOUCHED(derivative), what, __FILE__, at);
     fill_path();
 }
 
@@ -162,6 +165,102 @@ static void test_path_values(void) {
     REFUSED(f, volgrad_path_contribution(scene, &longer, f), VOLGRAD_ERROR_INDEX);
 }
 
+/* Camera, two vertices in the fog, and a third: a light, or a surface and then the light. */
+static volgrad_vertex long_vertices[5];
+static volgrad_segment long_segments[4];
+static const uint32_t long_ends[4] = {1, 2, 3, 4};
+
+static volgrad_path long_path(volgrad_vertex third) {
+    memset(long_vertices, 0, sizeof long_vertices);
+    memset(long_segments, 0, sizeof long_segments);
+    for (int i = 0; i < 4; i++) long_segments[i].end = 4;
+    long_vertices[1] = long_vertices[2] = vertices[1];
+    long_vertices[2].position = vec(0, 1, 3);
+    long_vertices[3] = third;
+    long_vertices[4] = vertices[2];
+    uint32_t count = third.kind == VOLGRAD_VERTEX_LIGHT ? 4 : 5;
+    return (volgrad_path){long_vertices, long_segments, long_ends, count, count - 1};
+}
+
+static void test_runs(void) {
+    volgrad_path lit = long_path(vertices[2]);
+    volgrad_gradient run, one, two;
+    CHECK_STATUS(volgrad_path_validate(scene, &lit, NULL), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_path_run_log_gradient(scene, &lit, 1, 2, &run), VOLGRAD_OK);
+    /* The camera's edge as in test_path_values, one of length 1 to the light, and nothing of the one between. */
+    CHECK_NEAR(run.luminance.x, 0, 1e-6);
+    CHECK_NEAR(run.luminance.y, 3, 1e-6);
+    CHECK_NEAR(run.luminance.z, -5.0 / 3, 1e-6);
+    CHECK(run.transmittance_inside[0].y == 0);
+    CHECK_STATUS(volgrad_path_run_log_gradient(scene, &lit, 1, 1, &one), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_path_log_gradient(scene, &lit, 1, &two), VOLGRAD_OK);
+    CHECK(memcmp(&one, &two, sizeof one) == 0);
+    CHECK_STATUS(volgrad_path_log_gradient(scene, &lit, 2, &two), VOLGRAD_OK);
+    CHECK_NEAR(one.rgb[1].y + two.rgb[1].y, run.rgb[1].y, 1e-6);
+
+    CHECK_STATUS(volgrad_path_run_log_gradient(scene, &lit, 1, 2, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(run, volgrad_path_run_log_gradient(scene, &lit, 1, 0, &run), VOLGRAD_ERROR_INDEX);
+    REFUSED(run, volgrad_path_run_log_gradient(scene, &lit, 4, 1, &run), VOLGRAD_ERROR_INDEX);
+    REFUSED(run, volgrad_path_run_log_gradient(scene, &lit, 1, 4, &run), VOLGRAD_ERROR_INDEX);
+    REFUSED(run, volgrad_path_run_log_gradient(scene, &lit, 1, UINT32_MAX, &run), VOLGRAD_ERROR_INDEX);
+    REFUSED(run, volgrad_path_run_log_gradient(scene, &lit, UINT32_MAX, UINT32_MAX, &run), VOLGRAD_ERROR_INDEX);
+    REFUSED(run, volgrad_path_run_log_gradient(scene, &lit, 0, 2, &run), VOLGRAD_ERROR_NOT_MOVABLE);
+    REFUSED(run, volgrad_path_run_log_gradient(scene, &lit, 1, 3, &run), VOLGRAD_ERROR_NOT_MOVABLE);
+}
+
+static void test_runs_beside_mirrors(void) {
+    volgrad_vertex mirror = {0};
+    mirror.kind = VOLGRAD_VERTEX_SURFACE, mirror.index = MIRROR;
+    mirror.position = vec(0, 1, 4), mirror.normal = vec(0, 0, -1);
+    volgrad_path mirrored = long_path(mirror);
+    volgrad_gradient gradient;
+    volgrad_derivative d;
+    CHECK_STATUS(volgrad_path_validate(scene, &mirrored, NULL), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_path_run_log_derivative(scene, &mirrored, 1, 2, &d), VOLGRAD_OK);
+    CHECK_NEAR(d.direction.z, 1, 1e-6);
+    /* The camera's edge gets longer by as much as the mirror's gets shorter. */
+    CHECK_NEAR(d.luminance, -2.0 / 3, 1e-6);
+    CHECK_NEAR(d.rgb.b, -2.0 / 3, 1e-6);
+    CHECK_NEAR(d.transmittance_previous.r, -1, 1e-6);
+    CHECK_NEAR(d.transmittance_next.r, 1, 1e-6);
+    CHECK_NEAR(d.geometry_previous, -2.0 / 3, 1e-6);
+    CHECK(d.geometry_next == 0 && d.phase_next == 0 && d.transmittance_inside.g == 0);
+
+    CHECK_STATUS(volgrad_path_run_log_derivative(scene, &mirrored, 1, 2, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(d, volgrad_path_run_log_derivative(scene, &mirrored, 1, 0, &d), VOLGRAD_ERROR_INDEX);
+    REFUSED(d, volgrad_path_run_log_derivative(scene, &mirrored, 1, 5, &d), VOLGRAD_ERROR_INDEX);
+    REFUSED(d, volgrad_path_run_log_derivative(scene, &mirrored, 1, 1, &d), VOLGRAD_ERROR_NOT_MOVABLE); /* free */
+    REFUSED(d, volgrad_path_run_log_derivative(scene, &mirrored, 3, 1, &d), VOLGRAD_ERROR_NOT_MOVABLE);
+    REFUSED(gradient, volgrad_path_run_log_gradient(scene, &mirrored, 1, 2, &gradient), VOLGRAD_ERROR_NOT_MOVABLE);
+    long_vertices[3].normal = vec(0, 0, 1); /* its back */
+    REFUSED(d, volgrad_path_run_log_derivative(scene, &mirrored, 1, 2, &d), VOLGRAD_ERROR_ZERO_CONTRIBUTION);
+    long_vertices[1] = mirror;
+    REFUSED(d, volgrad_path_run_log_derivative(scene, &mirrored, 2, 1, &d), VOLGRAD_ERROR_NOT_MOVABLE); /* held at both ends */
+}
+
+/* The factors add up to the whole, with a rough metal in the place of the mirror. */
+static void test_sums(small_scene *s) {
+    void *memory;
+    s->materials[MIRROR].kind = VOLGRAD_MATERIAL_CONDUCTOR, s->materials[MIRROR].roughness = 0.5f;
+    s->materials[MIRROR].conductor_eta = GREY, s->materials[MIRROR].conductor_k = WHITE;
+    const volgrad_scene *rough = scene_make(&s->desc, &memory);
+    volgrad_vertex metal = {0};
+    metal.kind = VOLGRAD_VERTEX_SURFACE, metal.index = MIRROR;
+    metal.position = vec(1, 1, 4), metal.normal = vec(0, 0, -1);
+    volgrad_path scattered = long_path(metal);
+    volgrad_gradient g;
+    CHECK_STATUS(volgrad_path_run_log_gradient(rough, &scattered, 2, 1, &g), VOLGRAD_OK);
+    CHECK(g.profile_next[0].x != 0 && g.profile_next[2].z != 0 && g.profile_previous[0].x == 0);
+    for (int c = 0; c < 3; c++) {
+        float transmittance = g.transmittance_previous[c].z + g.transmittance_inside[c].z + g.transmittance_next[c].z;
+        float phases = g.phase_previous.z + g.phase_apex.z + g.phase_next.z;
+        float rest = g.scattering.z + g.geometry_previous.z + g.geometry_next.z + g.importance.z;
+        float profiles = g.profile_previous[c].z + g.profile_next[c].z;
+        CHECK_NEAR(g.rgb[c].z, transmittance + phases + rest + profiles, 1e-5);
+    }
+    free(memory);
+}
+
 int main(void) {
     small_scene s;
     void *memory;
@@ -170,6 +269,9 @@ int main(void) {
     test_path_values();
     fill_path();
     test_path_errors();
+    test_runs();
+    test_runs_beside_mirrors();
     free(memory);
+    test_sums(&s);
     return check_end();
 }

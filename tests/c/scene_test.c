@@ -47,7 +47,7 @@ static void refuse(volgrad_status status, const char *field, uint32_t index, con
 
 static void test_camera(void) {
     volgrad_camera *c = &s.desc.camera;
-    KIND(c->kind = 1, "camera.kind", 0);
+    KIND(c->kind = 2, "camera.kind", 0);
     KIND(c->kind = UINT32_MAX, "camera.kind", 0);
     const char *size = "camera.width, camera.height", *crop = "camera.crop_x0 ... camera.crop_y1";
     RANGE(c->width = 0, size, 0);
@@ -74,6 +74,12 @@ static void test_camera(void) {
     RANGE(c->tan_half_fov_x = -1, "camera.tan_half_fov_x", 0);
     NOT_FINITE(c->near_clip, "camera.near_clip", 0);
     RANGE(c->near_clip = -1e-6f, "camera.near_clip", 0);
+    RANGE(c->lens_radius = 0.1f, "camera.lens_radius", 0); /* a pinhole has none */
+#define THIN_LENS (c->kind = VOLGRAD_CAMERA_THIN_LENS, c->lens_radius = 0.1f, c->focal_distance = 2)
+    RANGE((THIN_LENS, c->lens_radius = 0), "camera.lens_radius", 0);
+    BAD((THIN_LENS, c->lens_radius = INFINITY), VOLGRAD_ERROR_NOT_FINITE, "camera.lens_radius", 0);
+    RANGE((THIN_LENS, c->focal_distance = 0), "camera.focal_distance", 0);
+    BAD((THIN_LENS, c->focal_distance = NAN), VOLGRAD_ERROR_NOT_FINITE, "camera.focal_distance", 0);
 }
 
 static void test_media(void) {
@@ -115,7 +121,7 @@ static void test_media(void) {
 
 static void test_materials_and_lights(void) {
     volgrad_material *m = s.materials;
-    KIND(m[GLASS].kind = 3, "materials.kind", GLASS);
+    KIND(m[GLASS].kind = 4, "materials.kind", GLASS);
     NOT_FINITE_RGB(m[DIFFUSE].reflectance, "materials.reflectance", DIFFUSE);
     NOT_FINITE_RGB(m[MIRROR].reflectance, "materials.reflectance", MIRROR);
     RANGE(m[DIFFUSE].reflectance.r = 1.5f, "materials.reflectance", DIFFUSE);
@@ -124,8 +130,21 @@ static void test_materials_and_lights(void) {
     RANGE(m[GLASS].eta = 0, "materials.eta", GLASS);
     RANGE(m[GLASS].eta = -1.5f, "materials.eta", GLASS);
 
+    KIND(m[GLASS].flags = 2, "materials.flags", GLASS);
+    NOT_FINITE(m[GLASS].roughness, "materials.roughness", GLASS);
+    RANGE(m[GLASS].roughness = -0.1f, "materials.roughness", GLASS);
+    RANGE(m[GLASS].roughness = 0.9e-4f, "materials.roughness", GLASS);
+    RANGE((m[GLASS].roughness = 0.1f, m[GLASS].eta = 1), "materials.eta", GLASS);
+    RANGE((m[GLASS].roughness = 0.1f, m[GLASS].eta = 0), "materials.eta", GLASS);
+#define METAL m[MIRROR].kind = VOLGRAD_MATERIAL_CONDUCTOR
+    BAD((METAL, m[MIRROR].conductor_eta.g = NAN), VOLGRAD_ERROR_NOT_FINITE, "materials.conductor_eta", MIRROR);
+    RANGE((METAL, m[MIRROR].conductor_eta.r = -1), "materials.conductor_eta", MIRROR);
+    RANGE((METAL, m[MIRROR].conductor_k.b = -1), "materials.conductor_k", MIRROR);
+    RANGE((METAL, m[MIRROR].roughness = -1), "materials.roughness", MIRROR);
+    RANGE((METAL, m[MIRROR].reflectance.r = 2), "materials.reflectance", MIRROR);
+
     volgrad_light *l = s.lights;
-    KIND(l[SKY].kind = 6, "lights.kind", SKY);
+    KIND(l[SKY].kind = 8, "lights.kind", SKY);
     RANGE(l[POINT_LIGHT].kind = VOLGRAD_LIGHT_ENVIRONMENT, "lights.kind", 1); /* the second environment is one too many */
     for (uint32_t i = 0; i < LIGHTS; i++) {
         NOT_FINITE_RGB(l[i].emission, "lights.emission", i);
@@ -148,10 +167,56 @@ static void test_materials_and_lights(void) {
         BAD((AREA_LIGHT, l[0].position.x = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.position", 0);
     }
 
+#define SPOT (l[0].kind = VOLGRAD_LIGHT_SPOT, l[0].direction.y = -1, l[0].cos_inner = 0.9f, l[0].cos_outer = 0.8f)
+    BAD((SPOT, l[0].direction.y = 2), VOLGRAD_ERROR_NOT_FINITE, "lights.direction", 0);
+    BAD((SPOT, l[0].cos_outer = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.cos_outer", 0);
+    RANGE((SPOT, l[0].cos_inner = 1.01f), "lights.cos_inner", 0);
+    RANGE((SPOT, l[0].cos_outer = 0.91f), "lights.cos_outer", 0);
+    RANGE((SPOT, l[0].cos_outer = -1.01f), "lights.cos_outer", 0);
+    RANGE((SPOT, l[0].sampling_weight = 0), "lights.sampling_weight", 0);
+
+    float texels[2 * 2 * 3] = {1, 2, 3};
+#define MAP \
+    (l[SKY].kind = VOLGRAD_LIGHT_ENVIRONMENT_MAP, l[SKY].edge_u.x = l[SKY].edge_v.y = l[SKY].direction.z = 1, \
+     l[SKY].image = texels, l[SKY].image_width = l[SKY].image_height = 2)
+    const char *image_size = "lights.image_width, lights.image_height";
+    RANGE((MAP, l[SKY].image_width = 0), image_size, SKY);
+    RANGE((MAP, l[SKY].image_height = 1), image_size, SKY);
+    RANGE((MAP, l[SKY].image_height = 1u << 16), image_size, SKY);
+    BAD((MAP, l[SKY].image = NULL), VOLGRAD_ERROR_NULL, "lights.image", SKY);
+    BAD((MAP, l[SKY].image = (const float *)(const void *)(memory + 1)), VOLGRAD_ERROR_MISALIGNED, "lights.image", SKY);
+    BAD((MAP, l[SKY].edge_u.x = 0), VOLGRAD_ERROR_NOT_FINITE, "lights.edge_u", SKY);
+    BAD((MAP, l[SKY].edge_v.y = NAN), VOLGRAD_ERROR_NOT_FINITE, "lights.edge_v", SKY);
+    BAD((MAP, l[SKY].direction.z = 3), VOLGRAD_ERROR_NOT_FINITE, "lights.direction", SKY);
+    RANGE((MAP, l[SKY].edge_v = vec(1, 0, 0)), "lights.edge_u, lights.edge_v, lights.direction", SKY);
+    RANGE((MAP, l[0].kind = VOLGRAD_LIGHT_ENVIRONMENT), "lights.kind", SKY); /* one environment too many */
+    texels[11] = -1;
+    RANGE(MAP, "lights.image", SKY);
+    texels[11] = INFINITY;
+    BAD(MAP, VOLGRAD_ERROR_NOT_FINITE, "lights.image", SKY);
+
     BAD(s.desc.media = NULL, VOLGRAD_ERROR_NULL, "media", 0);
     BAD(s.desc.materials = NULL, VOLGRAD_ERROR_NULL, "materials", 0);
     BAD(s.desc.lights = NULL, VOLGRAD_ERROR_NULL, "lights", 0);
     BAD(s.desc.lights = (const void *)(memory + 2), VOLGRAD_ERROR_MISALIGNED, "lights", 0);
+}
+
+/* An environment map's sums need memory. */
+static void test_environment_map(void) {
+    static const float texels[5 * 7 * 3] = {[40] = 1};
+    const volgrad_scene *scene;
+    size_t without, with;
+    CHECK_STATUS(volgrad_scene_size(&s.desc, &without), VOLGRAD_OK);
+    volgrad_light *sky = &s.lights[SKY];
+    sky->kind = VOLGRAD_LIGHT_ENVIRONMENT_MAP;
+    sky->edge_u.x = sky->edge_v.y = sky->direction.z = 1;
+    sky->image = texels, sky->image_width = 5, sky->image_height = 7;
+    CHECK_STATUS(volgrad_scene_size(&s.desc, &with), VOLGRAD_OK);
+    CHECK(with >= without + 6 * 6 * sizeof(double));
+    FILL(memory);
+    CHECK_STATUS(volgrad_scene_init(memory, with, &s.desc, &scene, NULL), VOLGRAD_OK);
+    CHECK(untouched(memory + with, sizeof memory - with));
+    fill();
 }
 
 static void test_pointers(void) {
@@ -243,5 +308,6 @@ int main(void) {
     test_camera();
     test_media();
     test_materials_and_lights();
+    test_environment_map();
     return check_end();
 }

@@ -8,17 +8,21 @@ use crate::reference::{
     camera::Camera as ReferenceCamera,
     grid::Grid as ReferenceGrid,
     medium::{Density as ReferenceDensity, Medium as ReferenceMedium},
+    microfacets::Microfacets,
     path::{Path as ReferencePath, Vertex as ReferenceVertex},
     phase::Phase as ReferencePhase,
     segments::Edge,
     vector as reference_vector,
     world::World,
 };
-use volgrad::math::{DAffine3, DMat3, DVec3, Vec3, orthonormal_basis};
+use volgrad::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3, orthonormal_basis};
 use volgrad::medium::{Brick, Density, EdgeMoments, Grid, Line, Medium, NONE, Segment, brick_counts, build_bricks};
 use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};
 use volgrad::phase::Phase;
-use volgrad::scene::{Bsdf, Camera, Light, Lights, Scene};
+use volgrad::scene::{
+    Bsdf, Camera, Conductor, EnvironmentMap, Falloff, Ggx, Light, Lights, RoughConductor, RoughDielectric, Scene, running_sums,
+    sums_length,
+};
 
 pub fn vec(v: reference_vector::Vec3) -> DVec3 {
     DVec3::from_array(v)
@@ -50,11 +54,18 @@ pub fn rounded_path(path: &ReferencePath) -> ReferencePath {
     for vertex in &mut path.vertices {
         match vertex {
             ReferenceVertex::Camera => {}
+            ReferenceVertex::Spot { position, axis, .. } => (*position, *axis) = (rounded(*position), rounded(*axis)),
             ReferenceVertex::Medium { position, .. } | ReferenceVertex::PointLight { position, .. } => {
                 *position = rounded(*position);
             }
-            ReferenceVertex::Diffuse { position, normal, .. } | ReferenceVertex::AreaLight { position, normal, .. } => {
+            ReferenceVertex::Diffuse { position, normal, .. }
+            | ReferenceVertex::Rough { position, normal, .. }
+            | ReferenceVertex::Mirror { position, normal, .. }
+            | ReferenceVertex::AreaLight { position, normal, .. } => {
                 (*position, *normal) = (rounded(*position), rounded(*normal));
+            }
+            ReferenceVertex::Sky { direction, texels } => {
+                (*direction, *texels) = (rounded(*direction), texels.map(rounded));
             }
             ReferenceVertex::Environment { direction, .. } | ReferenceVertex::Directional { direction, .. } => {
                 *direction = rounded(*direction);
@@ -74,7 +85,7 @@ pub fn phase(phase: ReferencePhase) -> Phase {
 /// A square image of the reference camera's area.
 pub fn camera(camera: &ReferenceCamera) -> Camera {
     Camera {
-        position: vec(camera.position),
+        position: vec(camera.lens.map_or(camera.position, |lens| lens.centre)),
         forward: vec(camera.forward),
         right: vec(camera.right),
         up: vec(camera.up),
@@ -84,6 +95,9 @@ pub fn camera(camera: &ReferenceCamera) -> Camera {
         crop: [0, 0, 64, 64],
         near_clip: camera.near,
         medium: NONE,
+        lens_radius: camera.lens.map_or(0.0, |lens| lens.radius),
+        // Says where on the image a point is seen, of which f knows nothing.
+        focal_distance: 1.0,
     }
 }
 
@@ -161,6 +175,33 @@ pub fn gradients(moments: &EdgeMoments, line: &Line) -> [[DVec3; 3]; 2] {
     [moments.near_gradient(line.direction, line.length), moments.far_gradient(line.direction, line.length)]
 }
 
+fn at(kind: u32, position: reference_vector::Vec3) -> Vertex {
+    Vertex { kind, position: single(position), ..Vertex::default() }
+}
+
+fn facing(vertex: Vertex, normal: reference_vector::Vec3) -> Vertex {
+    Vertex { normal: single(normal), shading_normal: single(normal), ..vertex }
+}
+
+fn rough(alpha: f64, microfacets: Microfacets) -> Bsdf {
+    let ggx = Ggx { alpha };
+    match microfacets {
+        Microfacets::Conductor { eta, k } => {
+            let conductor = Conductor { eta: vec(eta), k: vec(k), reflectance: Colour::ONE };
+            Bsdf::RoughConductor(RoughConductor { conductor, ggx })
+        }
+        Microfacets::Dielectric { eta } => Bsdf::RoughDielectric(RoughDielectric { eta, ggx }),
+    }
+}
+
+/// A map that is never freed: tests have few.
+fn sky(texels: &[reference_vector::Rgb; 12]) -> EnvironmentMap<'static> {
+    let texels: Vec<Rgb> = texels.iter().map(|&texel| vec(texel).into()).collect();
+    let mut sums = vec![0.0; sums_length(4, 3)];
+    running_sums(&texels, 4, 3, Colour::ONE, &mut sums);
+    EnvironmentMap::new(texels.leak(), 4, 3, DMat3::IDENTITY, Colour::ONE, sums.leak()).expect("the lengths fit")
+}
+
 /// A path and what its vertices refer to.
 #[derive(Default)]
 struct HostPath {
@@ -168,7 +209,7 @@ struct HostPath {
     segments: Vec<Segment>,
     edge_ends: Vec<u32>,
     materials: Vec<Bsdf>,
-    lights: Vec<Light>,
+    lights: Vec<Light<'static>>,
 }
 
 impl HostPath {
@@ -185,17 +226,24 @@ impl HostPath {
         host
     }
 
+    fn surface(&mut self, position: reference_vector::Vec3, normal: reference_vector::Vec3, bsdf: Bsdf) -> Vertex {
+        self.materials.push(bsdf);
+        Vertex { index: self.materials.len() as u32 - 1, ..facing(at(VERTEX_SURFACE, position), normal) }
+    }
+
     /// The vertex, after its material or light has been added to the lists.
     fn vertex(&mut self, world: &World, vertex: &ReferenceVertex) -> Vertex {
-        let at = |kind, position| Vertex { kind, position: single(position), ..Vertex::default() };
-        let facing = |vertex: Vertex, normal| Vertex { normal: single(normal), shading_normal: single(normal), ..vertex };
         match *vertex {
             ReferenceVertex::Camera => at(VERTEX_CAMERA, world.camera.position),
             ReferenceVertex::Medium { position, medium } => Vertex { index: medium as u32, ..at(VERTEX_MEDIUM, position) },
             ReferenceVertex::Diffuse { position, normal, albedo } => {
-                self.materials.push(Bsdf::Diffuse { albedo: vec(albedo) });
-                let index = self.materials.len() as u32 - 1;
-                facing(Vertex { index, ..at(VERTEX_SURFACE, position) }, normal)
+                self.surface(position, normal, Bsdf::Diffuse { albedo: vec(albedo) })
+            }
+            ReferenceVertex::Rough { position, normal, alpha, microfacets } => {
+                self.surface(position, normal, rough(alpha, microfacets))
+            }
+            ReferenceVertex::Mirror { position, normal, reflectance } => {
+                self.surface(position, normal, Bsdf::Mirror { reflectance: vec(reflectance) })
             }
             ReferenceVertex::AreaLight { position, normal, radiance } => {
                 let (edge_u, edge_v) = orthonormal_basis(vec(normal));
@@ -206,8 +254,17 @@ impl HostPath {
                 self.lights.push(Light::Point { position: vec(position), intensity: vec(intensity) });
                 at(VERTEX_LIGHT, position)
             }
+            ReferenceVertex::Spot { position, axis, inner, outer, intensity } => {
+                let (axis, falloff) = (vec(axis).normalize(), Falloff::new(inner.cos(), outer.cos()));
+                self.lights.push(Light::Spot { position: vec(position), axis, intensity: vec(intensity), falloff });
+                at(VERTEX_LIGHT, position)
+            }
             ReferenceVertex::Environment { direction, radiance } => {
                 self.lights.push(Light::Environment { radiance: vec(radiance) });
+                at(VERTEX_LIGHT, direction)
+            }
+            ReferenceVertex::Sky { direction, texels } => {
+                self.lights.push(Light::EnvironmentMap(sky(&texels)));
                 at(VERTEX_LIGHT, direction)
             }
             ReferenceVertex::Directional { direction, irradiance } => {

@@ -1,11 +1,14 @@
-//! A pinhole camera.
+//! A pinhole camera, or what a thin lens is through one of its points: a pinhole camera there.
 //!
 //! Source: [Lu20 (34)-(36)], with the importance written as in path space: We = 1/(A cos⁴θ), cosine C(x_0) = cosθ.
+//! Differs from [Lu20 (37)-(39)]: 1/(A A_lens cos⁴θ) for a lens, A_lens = πr², as of [Lu20 (36)].
 
 use super::vector::*;
+use std::f64::consts::PI;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
+    /// x_0.
     pub position: Vec3,
     /// Unit vector along the optical axis.
     pub forward: Vec3,
@@ -17,6 +20,14 @@ pub struct Camera {
     pub image_area: f64,
     /// Media at camera depth below this are skipped, and vertices there are not seen.
     pub near: f64,
+    pub lens: Option<Lens>,
+}
+
+/// A disk across the optical axis, on which the camera's `position` is a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Lens {
+    pub centre: Vec3,
+    pub radius: f64,
 }
 
 impl Camera {
@@ -25,7 +36,14 @@ impl Camera {
         let forward = direction(position, target);
         let right = normalize(cross(forward, [0.0, 1.0, 0.0]));
         let up = cross(right, forward);
-        Camera { position, forward, right, up, image_area, near }
+        Camera { position, forward, right, up, image_area, near, lens: None }
+    }
+
+    /// The same camera with a lens, through the point of it that is `right` and `up` from its centre.
+    pub fn through_lens(self, radius: f64, [right, up]: [f64; 2]) -> Camera {
+        let centre = self.position;
+        let offset = add(scale(right, self.right), scale(up, self.up));
+        Camera { position: add(centre, offset), lens: Some(Lens { centre, radius }), ..self }
     }
 
     /// Distance along the optical axis.
@@ -49,7 +67,10 @@ impl Camera {
     /// limits it to a rectangle does so with [`Camera::project`].
     pub fn importance(&self, point: Vec3) -> f64 {
         match self.project(point) {
-            Some(_) => 1.0 / (self.image_area * self.cosine(point).powi(4)),
+            Some(_) => {
+                let lens_area = self.lens.map_or(1.0, |lens| PI * lens.radius.powi(2));
+                1.0 / (self.image_area * lens_area * self.cosine(point).powi(4))
+            }
             None => 0.0,
         }
     }

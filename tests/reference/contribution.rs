@@ -6,6 +6,10 @@
 //!
 //! Source: [Lu20 (5)], seen from the camera as in [Lu20 (27)].
 //! Differs from [Lu20 (10)]: G has the cosines of surfaces, area lights and the camera.
+//!
+//! A chain of specular vertices is in (direction, distance) measure: dω at the vertex where it starts, towards the camera, and the
+//! distance along it replace the volume or area at its end. dω = G dA of the unfolded chain takes its G away, but for the cosine
+//! where it starts (the measure of directions at a surface is the projected one).
 
 use super::{
     optical_depth::optical_depth,
@@ -60,7 +64,14 @@ pub fn contribution(world: &World, path: &Path) -> Contribution {
 fn geometry(world: &World, path: &Path, i: usize) -> f64 {
     let edge = path.edge(world, i);
     let cosine = |vertex: &Vertex| vertex.cosine_normal(world).map_or(1.0, |n| dot(n, edge.direction).abs());
-    let cosines = cosine(&path.vertices[i]) * cosine(&path.vertices[i + 1]);
+    let (near, far) = (&path.vertices[i], &path.vertices[i + 1]);
+    if near.is_specular() {
+        return 1.0;
+    }
+    if far.is_specular() {
+        return cosine(near);
+    }
+    let cosines = cosine(near) * cosine(far);
     if edge.length.is_finite() { cosines / edge.length.powi(2) } else { cosines }
 }
 
@@ -89,8 +100,25 @@ fn profile(world: &World, path: &Path, i: usize) -> Rgb {
                 dot(normal, path.direction_to_previous(world, i)) > 0.0 && dot(normal, path.direction_to_next(world, i)) > 0.0;
             if in_front { scale(1.0 / PI, albedo) } else { ZERO }
         }
+        Vertex::Rough { normal, alpha, microfacets, .. } => {
+            microfacets.value(alpha, normal, path.direction_to_previous(world, i), path.direction_to_next(world, i))
+        }
+        Vertex::Mirror { reflectance, .. } => reflectance,
         _ => ONE,
     }
+}
+
+/// Every texel by how far it is from the direction, in columns and rows.
+fn sky_radiance([x, y, z]: Vec3, texels: &[Rgb; 12]) -> Rgb {
+    let (column, row) = (4.0 * x.atan2(-z) / (2.0 * PI) - 0.5, 2.0 * y.acos() / PI);
+    let mut radiance = ZERO;
+    for (n, &texel) in texels.iter().enumerate() {
+        let columns = column - (n % 4) as f64;
+        let columns = (columns - 4.0 * (columns / 4.0).round()).abs();
+        let rows = (row - (n / 4) as f64).abs();
+        radiance = add(radiance, scale((1.0 - columns).max(0.0) * (1.0 - rows).max(0.0), texel));
+    }
+    radiance
 }
 
 fn emission(world: &World, path: &Path) -> Rgb {
@@ -101,7 +129,12 @@ fn emission(world: &World, path: &Path) -> Rgb {
             if in_front { radiance } else { ZERO }
         }
         Vertex::PointLight { intensity, .. } => intensity,
+        Vertex::Spot { axis, inner, outer, intensity, .. } => {
+            let angle = dot(axis, path.direction_to_previous(world, k)).acos();
+            scale(((outer - angle) / (outer - inner)).clamp(0.0, 1.0), intensity)
+        }
         Vertex::Environment { radiance, .. } => radiance,
+        Vertex::Sky { direction, texels } => sky_radiance(direction, &texels),
         Vertex::Directional { irradiance, .. } => irradiance,
         _ => panic!("a path ends on a light"),
     }

@@ -5,7 +5,7 @@
 
 use super::{
     contribution::{Contribution, contribution},
-    factors::Factors,
+    factors::{FACTORS, Factors},
     medium::Medium,
     optical_depth::pieces,
     path::Path,
@@ -70,6 +70,8 @@ pub fn log_factors(world: &World, path: &Path, i: usize) -> Factors<f64> {
 fn factors_at(f: &Contribution, i: usize) -> Factors<f64> {
     // The channels of σ_s and f_r have constant ratios: any that is not black has the same gradient.
     let brightest = |c: Rgb| c.into_iter().fold(0.0, f64::max).ln();
+    let is_last = i + 2 == f.profile.len();
+    let next = if is_last { f.emission } else { f.profile[i + 1] };
     Factors {
         scattering: brightest(f.scattering[i]),
         transmittance_prev: f.transmittance[i - 1].map(f64::ln),
@@ -77,9 +79,9 @@ fn factors_at(f: &Contribution, i: usize) -> Factors<f64> {
         geometry_prev: f.geometry[i - 1].ln(),
         geometry_next: f.geometry[i].ln(),
         importance: f.importance.ln(),
-        phase_prev: brightest(f.profile[i - 1]),
+        profile_prev: f.profile[i - 1].map(f64::ln),
         phase_apex: brightest(f.profile[i]),
-        phase_next: brightest(f.profile[i + 1]),
+        profile_next: next.map(f64::ln),
     }
 }
 
@@ -95,18 +97,18 @@ pub struct Differences {
 
 /// ∇ log f with respect to x_i, by differences.
 pub fn difference_gradient(world: &World, path: &Path, i: usize) -> Differences {
-    let logarithms = |offset: Vec3| -> [f64; 17] {
+    let logarithms = |offset: Vec3| -> [f64; FACTORS + 4] {
         let f = contribution(world, &path.moved(i, i, offset));
         let factors = factors_at(&f, i).to_array();
         let total = f.total();
         let totals = [total[0].ln(), total[1].ln(), total[2].ln(), luminance(total).ln()];
-        core::array::from_fn(|n| if n < 13 { factors[n] } else { totals[n - 13] })
+        core::array::from_fn(|n| if n < FACTORS { factors[n] } else { totals[n - FACTORS] })
     };
     let g = gradient(logarithms, ZERO);
     Differences {
         factors: Factors::from_array(core::array::from_fn(|n| g[n])),
-        totals: [g[13], g[14], g[15]],
-        luminance: g[16],
+        totals: [g[FACTORS], g[FACTORS + 1], g[FACTORS + 2]],
+        luminance: g[FACTORS + 3],
     }
 }
 

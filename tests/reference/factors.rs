@@ -18,16 +18,18 @@ pub struct Factors<T> {
     pub geometry_next: T,
     /// cos⁻⁴θ of the camera alone, if p is the camera.
     pub importance: T,
-    /// Phase function at p, of which x is a wing.
-    pub phase_prev: T,
+    /// What p scatters, seen from x: phase function or BSDF, per channel.
+    pub profile_prev: [T; 3],
     /// Phase function at x itself, the apex.
     pub phase_apex: T,
-    /// Phase function at n, of which x is a wing.
-    pub phase_next: T,
+    /// What n scatters or emits, seen from x: phase function, BSDF or emission, per channel.
+    pub profile_next: [T; 3],
 }
 
+pub const FACTORS: usize = 17;
+
 /// What [`Factors::to_array`] lists.
-pub const FACTOR_NAMES: [&str; 13] = [
+pub const FACTOR_NAMES: [&str; FACTORS] = [
     "scattering",
     "transmittance_prev red",
     "transmittance_prev green",
@@ -38,20 +40,26 @@ pub const FACTOR_NAMES: [&str; 13] = [
     "geometry_prev",
     "geometry_next",
     "importance",
-    "phase_prev",
+    "profile_prev red",
+    "profile_prev green",
+    "profile_prev blue",
     "phase_apex",
-    "phase_next",
+    "profile_next red",
+    "profile_next green",
+    "profile_next blue",
 ];
 
 impl<T: Copy> Factors<T> {
-    pub fn to_array(self) -> [T; 13] {
+    pub fn to_array(self) -> [T; FACTORS] {
         let [a, b, c] = self.transmittance_prev;
         let [d, e, f] = self.transmittance_next;
         let [g, h, i] = [self.geometry_prev, self.geometry_next, self.importance];
-        [self.scattering, a, b, c, d, e, f, g, h, i, self.phase_prev, self.phase_apex, self.phase_next]
+        let [j, k, l] = self.profile_prev;
+        let [m, n, o] = self.profile_next;
+        [self.scattering, a, b, c, d, e, f, g, h, i, j, k, l, self.phase_apex, m, n, o]
     }
 
-    pub fn from_array(a: [T; 13]) -> Factors<T> {
+    pub fn from_array(a: [T; FACTORS]) -> Factors<T> {
         Factors {
             scattering: a[0],
             transmittance_prev: [a[1], a[2], a[3]],
@@ -59,9 +67,9 @@ impl<T: Copy> Factors<T> {
             geometry_prev: a[7],
             geometry_next: a[8],
             importance: a[9],
-            phase_prev: a[10],
-            phase_apex: a[11],
-            phase_next: a[12],
+            profile_prev: [a[10], a[11], a[12]],
+            phase_apex: a[13],
+            profile_next: [a[14], a[15], a[16]],
         }
     }
 
@@ -74,9 +82,9 @@ impl<T: Copy> Factors<T> {
             self.geometry_prev,
             self.geometry_next,
             self.importance,
-            self.phase_prev,
+            self.profile_prev[channel],
             self.phase_apex,
-            self.phase_next,
+            self.profile_next[channel],
         ]
     }
 }

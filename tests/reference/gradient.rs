@@ -29,9 +29,9 @@ pub fn log_gradient(world: &World, path: &Path, i: usize) -> Factors<Vec3> {
         geometry_prev: geometry(world, x, &path.vertices[i - 1]),
         geometry_next: geometry(world, x, &path.vertices[i + 1]),
         importance: importance(world, x, &path.vertices[i - 1]),
-        phase_prev: phase_wing(world, path, i, i - 1),
+        profile_prev: [phase_wing(world, path, i, i - 1); 3],
         phase_apex: phase_apex(world, path, i),
-        phase_next: phase_wing(world, path, i, i + 1),
+        profile_next: [phase_wing(world, path, i, i + 1); 3],
     }
 }
 
@@ -73,9 +73,11 @@ fn importance(world: &World, x: Vec3, q: &Vertex) -> Vec3 {
 }
 
 /// The gradient of log f_p at vertex `q`, next to x_i, when x_i moves: ∇c = (u_o − c·u_x)/|x − q| [Lu20 (24)], u from q,
-/// o the other neighbour of q. Zero if q is not in a medium: f_r and Le are constant.
+/// o the other neighbour of q. Zero if f_r and Le are constant there; where they are not, differences alone have the gradient.
 fn phase_wing(world: &World, path: &Path, i: usize, q: usize) -> Vec3 {
-    let Vertex::Medium { position, medium } = path.vertices[q] else {
+    let vertex = path.vertices[q];
+    assert!(!vertex.has_profile(), "no formula for {vertex:?}");
+    let Vertex::Medium { position, medium } = vertex else {
         return ZERO;
     };
     let (before, after) = (path.direction_to_previous(world, q), path.direction_to_next(world, q));

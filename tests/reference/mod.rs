@@ -3,7 +3,7 @@
 //!
 //! | question | file |
 //! |---|---|
-//! | what is in the world? | [`camera`], [`phase`], [`grid`], [`medium`], [`world`] |
+//! | what is in the world? | [`camera`], [`phase`], [`microfacets`], [`grid`], [`medium`], [`world`] |
 //! | which media does an edge cross? | [`segments`] |
 //! | τ along an edge, its gradient, distances | [`optical_depth`], [`optical_depth_gradient`], [`distance`] |
 //! | f(x̄), factor by factor | [`path`], [`contribution`], [`factors`] |
@@ -28,6 +28,7 @@ pub mod factors;
 pub mod gradient;
 pub mod grid;
 pub mod medium;
+pub mod microfacets;
 pub mod optical_depth;
 pub mod optical_depth_gradient;
 pub mod path;

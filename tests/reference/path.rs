@@ -1,6 +1,6 @@
 //! Light paths x_0 … x_k: x_0 is the camera, x_k a light, and what is between are medium or surface points.
 
-use super::{segments::Edge, vector::*, world::World};
+use super::{microfacets::Microfacets, segments::Edge, vector::*, world::World};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex {
@@ -10,12 +10,22 @@ pub enum Vertex {
     Medium { position: Vec3, medium: usize },
     /// A Lambert surface that reflects on the side its unit normal points to, and is black on the other.
     Diffuse { position: Vec3, normal: Vec3, albedo: Rgb },
+    /// A rough surface; `alpha` is the roughness.
+    Rough { position: Vec3, normal: Vec3, alpha: f64, microfacets: Microfacets },
+    /// A perfect mirror on the side its unit normal points to. It is where its neighbours see each other in it.
+    Mirror { position: Vec3, normal: Vec3, reflectance: Rgb },
     /// Emits constant radiance on the side its unit normal points to.
     AreaLight { position: Vec3, normal: Vec3, radiance: Rgb },
     /// Radiant intensity (power per solid angle), the same in all directions.
     PointLight { position: Vec3, intensity: Rgb },
+    /// A point light that shines along its unit `axis`: with all of its intensity up to the angle `inner` (in radians), with none from
+    /// `outer` on, linearly in between.
+    Spot { position: Vec3, axis: Vec3, inner: f64, outer: f64, intensity: Rgb },
     /// Radiance from infinity. `direction` is the unit vector towards it.
     Environment { direction: Vec3, radiance: Rgb },
+    /// Radiance from infinity as on a map: 4 columns by longitude, from −z by +x, of texels in their middle; 3 rows from +y to −y, of
+    /// which the first and last are the poles; linear in both angles in between.
+    Sky { direction: Vec3, texels: [Rgb; 12] },
     /// A light that shines from one direction. `direction` is the unit vector towards it, `irradiance` that on a plane
     /// perpendicular to it.
     Directional { direction: Vec3, irradiance: Rgb },
@@ -26,8 +36,17 @@ impl Vertex {
         matches!(self, Vertex::Medium { .. })
     }
 
+    pub fn is_specular(&self) -> bool {
+        matches!(self, Vertex::Mirror { .. })
+    }
+
+    /// Does what it scatters or emits depend on the direction, other than by a phase function?
+    pub fn has_profile(&self) -> bool {
+        matches!(self, Vertex::Rough { .. } | Vertex::Spot { .. })
+    }
+
     pub fn is_at_infinity(&self) -> bool {
-        matches!(self, Vertex::Environment { .. } | Vertex::Directional { .. })
+        matches!(self, Vertex::Environment { .. } | Vertex::Sky { .. } | Vertex::Directional { .. })
     }
 
     /// Where the vertex is; panics for one at infinity.
@@ -36,9 +55,12 @@ impl Vertex {
             Vertex::Camera => world.camera.position,
             Vertex::Medium { position, .. }
             | Vertex::Diffuse { position, .. }
+            | Vertex::Rough { position, .. }
+            | Vertex::Mirror { position, .. }
             | Vertex::AreaLight { position, .. }
+            | Vertex::Spot { position, .. }
             | Vertex::PointLight { position, .. } => position,
-            Vertex::Environment { .. } | Vertex::Directional { .. } => {
+            Vertex::Environment { .. } | Vertex::Sky { .. } | Vertex::Directional { .. } => {
                 panic!("a vertex at infinity has no position")
             }
         }
@@ -48,7 +70,7 @@ impl Vertex {
     pub fn cosine_normal(&self, world: &World) -> Option<Vec3> {
         match *self {
             Vertex::Camera => Some(world.camera.forward),
-            Vertex::Diffuse { normal, .. } | Vertex::AreaLight { normal, .. } => Some(normal),
+            Vertex::Diffuse { normal, .. } | Vertex::Rough { normal, .. } | Vertex::AreaLight { normal, .. } => Some(normal),
             _ => None,
         }
     }
@@ -69,8 +91,9 @@ impl Path {
     pub fn edge(&self, world: &World, i: usize) -> Edge {
         let origin = self.vertices[i].position(world);
         match self.vertices[i + 1] {
-            Vertex::Environment { direction, .. } | Vertex::Directional { direction, .. } => {
-                Edge::to_infinity(origin, direction)
+            Vertex::Environment { direction, .. } | Vertex::Sky { direction, .. } | Vertex::Directional { direction, .. } => {
+                // A rounded unit vector is none, and sharp phase functions notice.
+                Edge::to_infinity(origin, normalize(direction))
             }
             end if i == 0 => Edge::from_camera(&world.camera, end.position(world)),
             end => Edge::between(origin, end.position(world)),

@@ -109,6 +109,20 @@ pub fn scenes(rng: &mut Pcg64, phase: Phase) -> Vec<Scene> {
             ],
             true,
         ),
+        scene(
+            "sheared grid through a lens",
+            outside.through_lens(0.5, [0.3, -0.2]),
+            vec![heterogeneous(GREY, phase, grid([4, 4, 3], sheared()))],
+            vec![Region::image_of_unit_cube(&sheared(), 0)],
+            true,
+        ),
+        scene(
+            "near plane in a cube through a lens",
+            inside.through_lens(0.1, [-0.05, 0.04]),
+            vec![homogeneous(BLUISH, phase)],
+            vec![cube(0)],
+            false,
+        ),
         scene("near plane in a cube", inside, vec![homogeneous(BLUISH, phase)], vec![cube(0)], false),
         scene(
             "near plane in a grid",

@@ -36,23 +36,29 @@ impl Worst {
     }
 }
 
-/// Calls `visit` with every scene, phase function, pattern of path and medium vertex on it.
-pub fn for_each_vertex(seed: u64, mut visit: impl FnMut(&Scene, Phase, &str, &Path, usize)) {
+/// Calls `visit` with every scene, phase function and pattern of path.
+pub fn for_each_path(seed: u64, patterns: &[&str], mut visit: impl FnMut(&Scene, Phase, &str, &Path)) {
     let mut rng = generator(seed);
     for phase in PHASES {
         for scene in scenes(&mut rng, phase) {
-            for pattern in PATTERNS {
+            for pattern in patterns {
                 // Nothing reaches a light at infinity through a medium without end.
-                if scene.world.regions[0].planes.is_empty() && pattern.ends_with(['E', 'S']) {
+                if scene.world.regions[0].planes.is_empty() && pattern.ends_with(['E', 'K', 'S']) {
                     continue;
                 }
-                let path = random_path(&mut rng, &scene.world, pattern);
-                for i in (0..path.vertices.len()).filter(|&i| path.vertices[i].is_medium()) {
-                    visit(&scene, phase, pattern, &path, i);
-                }
+                visit(&scene, phase, pattern, &random_path(&mut rng, &scene.world, pattern));
             }
         }
     }
+}
+
+/// Calls `visit` with every scene, phase function, pattern of path and medium vertex on it.
+pub fn for_each_vertex(seed: u64, mut visit: impl FnMut(&Scene, Phase, &str, &Path, usize)) {
+    for_each_path(seed, &PATTERNS, |scene, phase, pattern, path| {
+        for i in (0..path.vertices.len()).filter(|&i| path.vertices[i].is_medium()) {
+            visit(scene, phase, pattern, path, i);
+        }
+    });
 }
 
 /// |formula − differences| / Σ|factor gradients|, for each factor, the three totals and the luminance.

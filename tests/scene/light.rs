@@ -39,7 +39,7 @@ fn densities_are_one_over_the_areas() {
     for (light, area) in [(PARALLELOGRAM, parallelogram), (TRIANGLE, 0.5 * parallelogram), (SPHERE, 4.0 * PI * RADIUS * RADIUS)]
     {
         assert!((light.area_pdf() * area - 1.0).abs() < ROUNDING, "{light:?}");
-        assert_eq!(light.emission(), COLOUR);
+        assert_eq!(light.emission(DVec3::Z), COLOUR);
     }
 }
 
@@ -99,7 +99,7 @@ fn lights_without_area_have_no_density_over_it() {
     let lamp = Light::Point { position: CORNER, intensity: COLOUR };
     let sky = Light::Environment { radiance: COLOUR };
     for light in [sun, lamp, sky] {
-        assert_eq!((light.area_pdf(), light.emission()), (0.0, COLOUR));
+        assert_eq!((light.area_pdf(), light.emission(DVec3::Z)), (0.0, COLOUR));
     }
     let u = DVec2::splat(0.3);
     assert!(matches!(sun.sample(u), LightSample::Direction { to_light: DVec3::Y }), "against the way that the light travels");
@@ -116,15 +116,17 @@ fn lights_are_picked_as_often_as_stated() {
     let mut counts = [0; 4];
     const NUMBERS: u32 = 1 << 20;
     for n in 0..NUMBERS {
-        let (index, light) = lights.pick(f64::from(n) / f64::from(NUMBERS)).expect("any u < 1 picks one");
+        let (index, light, rest) = lights.pick(f64::from(n) / f64::from(NUMBERS)).expect("any u < 1 picks one");
         assert_eq!(Some(light), lights.get(index));
+        let before = lights.cdf[index as usize] - lights.probability(index);
+        assert!((before + rest * lights.probability(index) - f64::from(n) / f64::from(NUMBERS)).abs() < ROUNDING);
         counts[index as usize] += 1;
     }
     for i in 0..4 {
         assert_eq!(lights.probability(i), expected[i as usize]);
         assert_eq!(f64::from(counts[i as usize]), expected[i as usize] * f64::from(NUMBERS));
     }
-    assert!(lights.pick(1.0 - f64::EPSILON / 2.0).is_some_and(|(index, _)| index == 3), "the largest number below 1");
+    assert!(lights.pick(1.0 - f64::EPSILON / 2.0).is_some_and(|(index, ..)| index == 3), "the largest number below 1");
     assert_eq!((lights.probability(4), lights.get(4)), (0.0, None));
     assert!(Lights::default().pick(0.5).is_none(), "a scene without lights");
 }

@@ -2,10 +2,15 @@
 
 mod bsdf;
 mod camera;
+mod environment_map;
 mod light;
+mod rough;
+mod spot;
 
 #[path = "../reference/mod.rs"]
 mod reference;
+#[path = "../common/statistics.rs"]
+mod statistics;
 
 use proptest::prelude::*;
 use volgrad::math::{DVec2, DVec3, orthonormal_basis};

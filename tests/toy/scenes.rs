@@ -12,7 +12,7 @@ pub struct World {
     pub camera: Camera,
     pub media: Vec<Medium<'static>>,
     pub materials: Vec<Bsdf>,
-    pub lights: Vec<Light>,
+    pub lights: Vec<Light<'static>>,
     /// Picking probabilities of the lights.
     pub picks: Vec<f64>,
     cdf: Vec<f64>,
@@ -35,7 +35,7 @@ impl World {
     }
 
     /// The lights' picking probabilities are proportional to `weight`.
-    pub fn light(mut self, light: Light, weight: f64) -> Self {
+    pub fn light(mut self, light: Light<'static>, weight: f64) -> Self {
         self.lights.push(light);
         self.picks.push(weight);
         let total: f64 = self.picks.iter().sum();
@@ -77,7 +77,7 @@ impl World {
     }
 
     pub fn scene(&self) -> Scene<'_> {
-        let environment = self.lights.iter().position(|light| matches!(light, Light::Environment { .. }));
+        let environment = self.lights.iter().position(Light::is_environment);
         let lights = Lights { lights: &self.lights, cdf: &self.cdf, environment: environment.map(|i| i as u32) };
         Scene { camera: self.camera, media: &self.media, materials: &self.materials, lights }
     }
@@ -96,6 +96,8 @@ pub fn camera(position: [f64; 3], tan_half_fov: f64, side: u32) -> Camera {
         crop: [0, 0, side, side],
         near_clip: 0.1,
         medium: NONE,
+        lens_radius: 0.0,
+        focal_distance: 1.0,
     }
 }
 

@@ -1,36 +1,28 @@
-//! Contributions and their gradients against the reference: random worlds, random paths, factor by factor and in total.
-//!
-//! The reference has no occluders, and its medium vertices keep away from faces and from the walls between cells, where gradients
-//! jump. What is left between the two are single-precision ends and normals of segments: 4e-7 of f, 7e-8 of Σ|factor gradients|.
+//! One medium vertex: f, each of its factors, and the gradient of each.
 
-mod common;
-mod reference;
-
-use common::{assert_below, host::*, media::sparse_grid};
-use rand_pcg::Pcg64;
-use reference::{
-    contribution::contribution,
-    factors::{FACTOR_NAMES, Factors},
-    gradient::log_gradient,
-    medium::Density,
-    path::{Path as ReferencePath, Vertex},
-    phase::Phase,
-    random::generator,
-    random_paths::{PATTERNS, random_path},
-    scenes::{scenes, sheared},
-    selftest::{Worst, for_each_vertex, neighbour_kinds},
-    vector::*,
-    world::World,
+use super::{
+    CONTRIBUTION_TOLERANCE, GRADIENT_TOLERANCE, SEED,
+    common::{assert_below, host::*, media::sparse_grid},
+    reference::{
+        contribution::contribution,
+        factors::{FACTOR_NAMES, Factors},
+        gradient::log_gradient,
+        medium::Density,
+        path::{Path as ReferencePath, Vertex},
+        phase::Phase,
+        random::generator,
+        random_paths::{MIRROR_PATTERNS, PATTERNS, random_path},
+        scenes::sheared,
+        selftest::{Worst, for_each_path, for_each_vertex, neighbour_kinds},
+        vector::*,
+        world::{Region, World},
+    },
+    scene_named, simple_path,
 };
+use rand_pcg::Pcg64;
 use volgrad::math::{Colour, DVec3};
 use volgrad::path::{self, LogGradient, Path, PathErrorKind, path_log_gradient};
 use volgrad::scene::{Bsdf, Light, Lights, Scene};
-
-/// Relative, of f and each factor.
-const CONTRIBUTION_TOLERANCE: f64 = 2e-6;
-/// Relative to Σ|factor gradients|.
-const GRADIENT_TOLERANCE: f64 = 1e-6;
-const SEED: u64 = 11;
 
 /// The largest relative error of a channel.
 fn relative_error(ours: Rgb, expected: Rgb) -> f64 {
@@ -39,7 +31,7 @@ fn relative_error(ours: Rgb, expected: Rgb) -> f64 {
 }
 
 /// f and each of its factors at every vertex.
-fn note_contribution(worst: &mut Worst, world: &World, path: &ReferencePath, bricks: Bricks, name: &str) {
+pub fn note_contribution(worst: &mut Worst, world: &World, path: &ReferencePath, bricks: Bricks, name: &str) {
     let expected = contribution(world, path);
     with_path(world, path, bricks, |scene, ours| {
         ours.validate(scene).expect("a valid path");
@@ -63,7 +55,7 @@ fn note_contribution(worst: &mut Worst, world: &World, path: &ReferencePath, bri
 }
 
 /// The library's factors under the reference's names.
-fn named(g: &LogGradient) -> Factors<Vec3> {
+pub fn named(g: &LogGradient) -> Factors<Vec3> {
     let rgb = |gradient: [DVec3; 3]| gradient.map(|g| g.to_array());
     Factors {
         scattering: g.scattering.to_array(),
@@ -72,9 +64,9 @@ fn named(g: &LogGradient) -> Factors<Vec3> {
         geometry_prev: g.geometry_previous.to_array(),
         geometry_next: g.geometry_next.to_array(),
         importance: g.importance.to_array(),
-        phase_prev: g.phase_previous.to_array(),
+        profile_prev: rgb(g.profile_previous.map(|profile| g.phase_previous + profile)),
         phase_apex: g.phase_apex.to_array(),
-        phase_next: g.phase_next.to_array(),
+        profile_next: rgb(g.profile_next.map(|profile| g.phase_next + profile)),
     }
 }
 
@@ -109,14 +101,11 @@ fn every_pair_of_neighbour_kinds_is_tested() {
 #[test]
 fn contributions_agree_factor_by_factor() {
     let mut worst = Worst::default();
-    for_each_vertex(SEED, |scene, phase, pattern, path, i| {
-        // Every path has one first medium vertex.
-        let is_first = (1..i).all(|j| !path.vertices[j].is_medium());
-        if is_first {
-            let (world, path) = (rounded_world(&scene.world), rounded_path(path));
-            let name = format!("{pattern}, {}, {phase:?}", scene.name);
-            note_contribution(&mut worst, &world, &path, Bricks::Built, &name);
-        }
+    let patterns = [PATTERNS.as_slice(), &MIRROR_PATTERNS].concat();
+    for_each_path(SEED, &patterns, |scene, phase, pattern, path| {
+        let (world, path) = (rounded_world(&scene.world), rounded_path(path));
+        let name = format!("{pattern}, {}, {phase:?}", scene.name);
+        note_contribution(&mut worst, &world, &path, Bricks::Built, &name);
     });
     assert_below(&worst, CONTRIBUTION_TOLERANCE);
 }
@@ -159,18 +148,6 @@ fn many_bricks(rng: &mut Pcg64) -> World {
     world
 }
 
-fn scene_named(name: &str, phase: Phase, rng: &mut Pcg64) -> World {
-    scenes(rng, phase).into_iter().find(|scene| scene.name == name).expect("a scene of that name").world
-}
-
-/// A path through a homogeneous cube.
-fn simple_path(pattern: &str) -> (World, ReferencePath) {
-    let mut rng = generator(SEED);
-    let world = rounded_world(&scene_named("homogeneous cube", Phase::Isotropic, &mut rng));
-    let path = rounded_path(&random_path(&mut rng, &world, pattern));
-    (world, path)
-}
-
 fn gradient_error(scene: &Scene, path: &Path, i: usize) -> Option<PathErrorKind> {
     path_log_gradient(scene, path, i).err().map(|error| error.kind)
 }
@@ -188,6 +165,32 @@ fn only_free_medium_vertices_have_gradients() {
             assert_eq!(gradient_error(&specular, path, 2), Some(PathErrorKind::NotMovable), "{material:?}");
         }
     });
+}
+
+/// log f is finite where f is smaller than any number.
+#[test]
+fn dark_paths_have_gradients() {
+    for sigma_t in [[4e3; 3], [4e3, 5e3, 6e3]] {
+        let (mut world, path) = simple_path("CMA");
+        world.media[0].sigma_t = sigma_t;
+        let [f, gradient] = with_path(&world, &path, Bricks::Built, |scene, path| {
+            let f = path::contribution(scene, path).expect("a valid path");
+            [f, path_log_gradient(scene, path, 1).expect("log f is finite").luminance]
+        });
+        let expected = log_gradient(&world, &path, 1).total(0);
+        assert_eq!(f, Colour::ZERO);
+        // Of three channels the red one is by far the brightest.
+        assert!(distance(gradient.to_array(), expected) < GRADIENT_TOLERANCE * length(expected), "{gradient}, {expected:?}");
+    }
+}
+
+/// No light comes from a sky behind a medium without end.
+#[test]
+fn endless_media_hide_the_sky() {
+    let (mut world, path) = simple_path("CMDE");
+    world.regions = vec![Region::everywhere(0)];
+    let error = with_path(&world, &path, Bricks::Built, |scene, path| gradient_error(scene, path, 1));
+    assert_eq!(error, Some(PathErrorKind::ZeroContribution));
 }
 
 /// log 0 has no gradient: nothing scatters at x, the light faces away, or it is black.

@@ -1,10 +1,21 @@
-//! Lights: sampling points or directions on them, and the density of doing so.
+//! Lights: what they emit, and sampling points or directions on them.
+//!
+//! A light's own `direction` is the one in which its light travels, from the light to what it shines on.
+
+mod distribution;
+mod environment_map;
+mod spot;
+
+pub use distribution::accumulate;
+pub use environment_map::{EnvironmentMap, running_sums, sums_length};
+pub use spot::Falloff;
 
 use crate::math::{Colour, DVec2, DVec3, direction_around, sqrt};
 use core::f64::consts::PI;
+use distribution::{pick, probability};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Light {
+pub enum Light<'a> {
     /// Radiance from the side that edge_u × edge_v points to.
     Parallelogram {
         corner: DVec3,
@@ -28,6 +39,7 @@ pub enum Light {
     Environment {
         radiance: Colour,
     },
+    EnvironmentMap(EnvironmentMap<'a>),
     /// Light that travels along `direction`; `irradiance` on a plane across it.
     Directional {
         direction: DVec3,
@@ -37,21 +49,42 @@ pub enum Light {
         position: DVec3,
         intensity: Colour,
     },
+    /// A point light with a profile around the unit vector `axis`.
+    Spot {
+        position: DVec3,
+        axis: DVec3,
+        intensity: Colour,
+        falloff: Falloff,
+    },
 }
 
 /// Where a light is seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub enum LightSample {
-    /// A point; `normal` (None for a point light) and the density per area (1 for a point light).
+    /// A point; `normal` (None for point and spot lights) and the density per area (1 for those).
     Point { position: DVec3, normal: Option<DVec3>, pdf: f64 },
     /// A direction that nothing else can sample.
     Direction { to_light: DVec3 },
+    /// A direction to an environment map, and its density per steradian: 0 if the map is black.
+    Sky { to_light: DVec3, pdf: f64 },
     /// Any direction: a constant environment, which the caller samples as the scattering suggests.
     AnyDirection,
 }
 
-impl Light {
-    pub fn emission(&self) -> Colour {
+impl Light<'_> {
+    /// Whether it shines from all directions, infinitely far away.
+    pub fn is_environment(&self) -> bool {
+        matches!(self, Self::Environment { .. } | Self::EnvironmentMap(_))
+    }
+
+    /// Whether what a fixed point of it emits depends on the direction.
+    pub fn has_profile(&self) -> bool {
+        matches!(self, Self::Spot { .. })
+    }
+
+    /// Radiance, intensity or irradiance along the unit vector `direction` in which the light travels, away from it. An area light's
+    /// dark side is up to the caller.
+    pub fn emission(&self, direction: DVec3) -> Colour {
         match *self {
             Self::Parallelogram { radiance, .. }
             | Self::Triangle { radiance, .. }
@@ -59,6 +92,18 @@ impl Light {
             | Self::Environment { radiance } => radiance,
             Self::Directional { irradiance, .. } => irradiance,
             Self::Point { intensity, .. } => intensity,
+            Self::Spot { axis, intensity, falloff, .. } => intensity * falloff.at(axis.dot(direction)),
+            Self::EnvironmentMap(map) => map.radiance(-direction),
+        }
+    }
+
+    /// ∂log emission/∂direction per colour channel, as unconstrained vectors: for a direction ω that ends at a distance d, the gradient
+    /// with respect to that end is (I − ωωᵀ)/d times it. 0 where the emission does not depend on the direction, or is 0.
+    pub fn log_gradient(&self, direction: DVec3) -> [DVec3; 3] {
+        match *self {
+            Self::Spot { axis, falloff, .. } => [falloff.log_gradient(axis, direction); 3],
+            Self::EnvironmentMap(map) => map.log_gradient(-direction).map(|g| -g),
+            _ => [DVec3::ZERO; 3],
         }
     }
 
@@ -68,6 +113,14 @@ impl Light {
             Self::Parallelogram { edge_u, edge_v, .. } => 1.0 / edge_u.cross(edge_v).length(),
             Self::Triangle { edge_u, edge_v, .. } => 2.0 / edge_u.cross(edge_v).length(),
             Self::Sphere { radius, .. } => 1.0 / (4.0 * PI * radius * radius),
+            _ => 0.0,
+        }
+    }
+
+    /// Density of [`Light::sample`] per steradian for light that travels along `direction`; 0 for lights that are not sampled so.
+    pub fn direction_pdf(&self, direction: DVec3) -> f64 {
+        match self {
+            Self::EnvironmentMap(map) => map.pdf(-direction),
             _ => 0.0,
         }
     }
@@ -88,7 +141,13 @@ impl Light {
             }
             Self::Environment { .. } => LightSample::AnyDirection,
             Self::Directional { direction, .. } => LightSample::Direction { to_light: -direction },
-            Self::Point { position, .. } => LightSample::Point { position, normal: None, pdf: 1.0 },
+            Self::Point { position, .. } | Self::Spot { position, .. } => {
+                LightSample::Point { position, normal: None, pdf: 1.0 }
+            }
+            Self::EnvironmentMap(map) => {
+                let (to_light, pdf) = map.sample(u).unwrap_or((DVec3::Z, 0.0));
+                LightSample::Sky { to_light, pdf }
+            }
         }
     }
 
@@ -100,7 +159,7 @@ impl Light {
 /// A scene's lights and the probability of picking each.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lights<'a> {
-    pub lights: &'a [Light],
+    pub lights: &'a [Light<'a>],
     /// Running sums of the picking probabilities; the last is 1. As long as `lights`.
     pub cdf: &'a [f64],
     /// Index of the environment light among them.
@@ -108,19 +167,18 @@ pub struct Lights<'a> {
 }
 
 impl<'a> Lights<'a> {
-    pub fn get(&self, index: u32) -> Option<&'a Light> {
+    pub fn get(&self, index: u32) -> Option<&'a Light<'a>> {
         self.lights.get(index as usize)
     }
 
     /// Probability that [`Lights::pick`] gives this one.
     pub fn probability(&self, index: u32) -> f64 {
-        let i = index as usize;
-        let before = i.checked_sub(1).and_then(|b| self.cdf.get(b)).copied().unwrap_or(0.0);
-        self.cdf.get(i).map_or(0.0, |sum| sum - before)
+        probability(self.cdf, index as usize)
     }
 
-    pub fn pick(&self, u: f64) -> Option<(u32, &'a Light)> {
-        let i = self.cdf.partition_point(|sum| *sum <= u);
-        self.lights.get(i).map(|light| (i as u32, light))
+    /// A light, and what the choice leaves of `u`: a number as uniform as u, in [0, 1].
+    pub fn pick(&self, u: f64) -> Option<(u32, &'a Light<'a>, f64)> {
+        let (i, rest) = pick(self.cdf, u)?;
+        self.lights.get(i).map(|light| (i as u32, light, rest))
     }
 }

@@ -1,0 +1,114 @@
+//! The vertices next to those that move: they stay, but G, W_e and f_p depend on how they are seen.
+
+use super::super::contribution::towards;
+use super::super::{Node, Path, PathError, PathErrorKind};
+use crate::math::DVec3;
+use crate::phase::{Phase, cosine_gradient_wing};
+use crate::scene::{Camera, Scene};
+
+/// A neighbour of the moving vertex, as far as the gradient depends on it.
+#[derive(Clone, Copy, Debug)]
+pub enum Neighbour {
+    /// The camera, at x_0.
+    Camera,
+    /// A point, with its normal if the geometry term has a cosine there.
+    Point { position: DVec3, normal: Option<DVec3> },
+    /// Infinitely far away: this unit direction is kept.
+    Direction(DVec3),
+}
+
+/// A phase function at a neighbour, whose angle changes when the vertex moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Wing {
+    pub phase: Phase,
+    /// Unit vector from the neighbour to its own other neighbour.
+    pub to_other: DVec3,
+}
+
+/// A neighbour q seen from x.
+pub struct Seen {
+    /// Unit vector from x to q.
+    pub towards: DVec3,
+    /// Infinite for a direction.
+    pub distance: f64,
+    normal: Option<DVec3>,
+}
+
+impl Seen {
+    pub fn from(camera: &Camera, x: DVec3, neighbour: Neighbour) -> Self {
+        let (position, normal) = match neighbour {
+            Neighbour::Camera => (camera.position, Some(camera.forward)),
+            Neighbour::Point { position, normal } => (position, normal),
+            Neighbour::Direction(towards) => return Self { towards, distance: f64::INFINITY, normal: None },
+        };
+        let distance = (position - x).length();
+        Self { towards: (position - x) / distance, distance, normal }
+    }
+
+    /// ∇log of |cos|/d²: n/(n·v) − v/d² and −2v/d², v = x − q.
+    pub fn geometry_gradient(&self) -> DVec3 {
+        if self.distance.is_infinite() {
+            return DVec3::ZERO;
+        }
+        let inverse_square = 2.0 * self.towards / self.distance;
+        inverse_square + self.normal.map_or(DVec3::ZERO, |n| self.cosine_gradient(n))
+    }
+
+    /// ∇log of the cosine to the normal n at q.
+    pub fn cosine_gradient(&self, n: DVec3) -> DVec3 {
+        let v = -self.towards;
+        (n / n.dot(v) - v) / self.distance
+    }
+
+    /// ∇log We seen from the camera: cos⁻⁴, as its own cosine in G is counted there. [Lu20 (38)] has −1/cosθ instead.
+    pub fn importance_gradient(&self, camera: &Camera) -> DVec3 {
+        -4.0 * self.cosine_gradient(camera.forward)
+    }
+
+    /// The gradient by x of something whose gradient by the unit vector ω from q to x is `by_direction`: (I − ωωᵀ)/d · ∂/∂ω.
+    pub fn direction_gradient(&self, by_direction: DVec3) -> DVec3 {
+        (by_direction - by_direction.dot(self.towards) * self.towards) / self.distance
+    }
+
+    /// ∇log f_p at apex q, x being its wing. [Lu20 (24)]
+    pub fn wing_gradient(&self, wing: &Wing) -> DVec3 {
+        let to_x = -self.towards;
+        let c = to_x.dot(wing.to_other);
+        wing.phase.log_derivative(c) * cosine_gradient_wing(to_x, wing.to_other, c, self.distance)
+    }
+}
+
+/// What a path has at a neighbour q of a moving vertex x.
+pub struct Beyond {
+    pub neighbour: Neighbour,
+    /// If q scatters in a medium.
+    pub wing: Option<Wing>,
+    /// ∂log of the BSDF or the emission at q by the unit vector from q to x, per colour channel.
+    pub profile: [DVec3; 3],
+}
+
+impl Beyond {
+    pub fn at(neighbour: Neighbour) -> Self {
+        Self { neighbour, wing: None, profile: [DVec3::ZERO; 3] }
+    }
+
+    /// The neighbour `q` of vertex `i`.
+    pub fn new(scene: &Scene, path: &Path, i: usize, q: usize) -> Result<Self, PathError> {
+        let normal = path.vertex(q)?.normal.wide();
+        let position = path.position(scene, q)?;
+        let node = path.node(scene, q)?;
+        let beyond = Self::at(Neighbour::Point { position, normal: node.has_cosine().then_some(normal) });
+        let to_x = || towards(path, scene, q, i);
+        // The neighbour of q that is not x.
+        let to_other = || towards(path, scene, q, if i < q { q + 1 } else { q - 1 });
+        Ok(match node {
+            Node::Camera(_) => Self::at(Neighbour::Camera),
+            node if node.is_specular() => return Err(PathErrorKind::NotMovable.at(i)),
+            node if node.is_direction() => Self::at(Neighbour::Direction(position)),
+            Node::Medium(medium) => Self { wing: Some(Wing { phase: medium.phase, to_other: to_other()? }), ..beyond },
+            Node::Surface(bsdf) if i < q => Self { profile: bsdf.log_gradient(normal, to_x()?, to_other()?).0, ..beyond },
+            Node::Surface(bsdf) => Self { profile: bsdf.log_gradient(normal, to_other()?, to_x()?).1, ..beyond },
+            Node::Light(light) => Self { profile: light.log_gradient(to_x()?), ..beyond },
+        })
+    }
+}

@@ -1,0 +1,64 @@
+//! The GGX (Trowbridge–Reitz) distribution of microfacet normals, isotropic, with Smith's masking of each direction by itself.
+//!
+//! Source: B. Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007; E. Heitz, *Sampling the GGX
+//! Distribution of Visible Normals*, JCGT 7(4), 2018. Masking and shadowing are taken as independent, as in Mitsuba 3.
+
+use crate::math::{DVec2, DVec3, orthonormal_basis, sqrt, uniform_disk};
+use core::f64::consts::PI;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ggx {
+    /// Roughness.
+    pub alpha: f64,
+}
+
+impl Ggx {
+    /// D(h/|h|)/|h|⁴ for a vector `h` along a microfacet's normal. Half vectors come unnormalised, and their length often cancels.
+    pub fn density(&self, n: DVec3, h: DVec3) -> f64 {
+        let q = self.spread(n, h);
+        self.alpha * self.alpha / (PI * q * q)
+    }
+
+    /// ∂log [`Ggx::density`]/∂h
+    pub fn density_log_gradient(&self, n: DVec3, h: DVec3) -> DVec3 {
+        let along = n.dot(h) * n;
+        -4.0 * (self.alpha * self.alpha * along + (h - along)) / self.spread(n, h)
+    }
+
+    /// (α² cos² + sin²)|h|², the sine from its own components: for smooth surfaces 1 − cos² is all rounding.
+    fn spread(&self, n: DVec3, h: DVec3) -> f64 {
+        let height = n.dot(h);
+        self.alpha * self.alpha * height * height + (h - height * n).length_squared()
+    }
+
+    /// Smith's G₁ at a cosine > 0 to the normal.
+    pub fn masking(&self, cosine: f64) -> f64 {
+        2.0 / (1.0 + self.root(cosine))
+    }
+
+    /// ∂log G₁/∂cosine
+    pub fn masking_log_derivative(&self, cosine: f64) -> f64 {
+        let root = self.root(cosine);
+        self.alpha * self.alpha / (cosine * cosine * cosine * root * (1.0 + root))
+    }
+
+    /// √(1 + α² tan²)
+    fn root(&self, cosine: f64) -> f64 {
+        sqrt(1.0 + self.alpha * self.alpha * (1.0 / (cosine * cosine) - 1.0).max(0.0))
+    }
+
+    /// A microfacet's normal m as the unit vector `v` on the side of `n` sees them: with density G₁(v) (v·m) D(m)/(n·v). [Heitz 2018]
+    pub fn sample_visible(&self, n: DVec3, v: DVec3, u: DVec2) -> DVec3 {
+        let (s, t) = orthonormal_basis(n);
+        // Stretched, the microfacets are a hemisphere.
+        let v = DVec3::new(self.alpha * v.dot(s), self.alpha * v.dot(t), v.dot(n)).normalize();
+        let x = DVec3::new(-v.y, v.x, 0.0).try_normalize().unwrap_or(DVec3::X);
+        let y = v.cross(x);
+        // Its projection: a half disk, and half of another one that is seen at an angle.
+        let mut d = uniform_disk(u);
+        let share = 0.5 * (1.0 + v.z);
+        d.y = (1.0 - share) * sqrt((1.0 - d.x * d.x).max(0.0)) + share * d.y;
+        let m = d.x * x + d.y * y + sqrt((1.0 - d.length_squared()).max(0.0)) * v;
+        (self.alpha * (m.x * s + m.y * t) + m.z.max(0.0) * n).normalize()
+    }
+}

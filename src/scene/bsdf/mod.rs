@@ -1,0 +1,192 @@
+//! Surface scattering: diffuse, mirror, smooth and rough conductors and dielectrics.
+
+mod fresnel;
+mod ggx;
+mod rough;
+
+pub use fresnel::Conductor;
+pub use ggx::Ggx;
+pub use rough::{RoughConductor, RoughDielectric};
+
+use fresnel::Interface;
+
+use crate::math::{Colour, DVec2, DVec3, orthonormal_basis, sqrt, uniform_disk};
+use core::f64::consts::PI;
+
+/// A surface's BSDF. Directions point away from the surface; `n` is its oriented geometric normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf {
+    /// Lambert's, on the side that the normal points to.
+    Diffuse {
+        albedo: Colour,
+    },
+    /// A perfect mirror on the side that the normal points to.
+    Mirror {
+        reflectance: Colour,
+    },
+    /// A smooth interface; `eta` is the index of refraction behind it over that before it.
+    Dielectric {
+        eta: f64,
+    },
+    /// A smooth metal, on the side that the normal points to.
+    Conductor(Conductor),
+    /// On the side that the normal points to.
+    RoughConductor(RoughConductor),
+    RoughDielectric(RoughDielectric),
+    /// The same on both sides.
+    TwoSided(Reflector),
+}
+
+/// What scatters only on the side that its normal points to; see the same names in [`Bsdf`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reflector {
+    Diffuse { albedo: Colour },
+    Mirror { reflectance: Colour },
+    Conductor(Conductor),
+    RoughConductor(RoughConductor),
+}
+
+impl From<Reflector> for Bsdf {
+    fn from(reflector: Reflector) -> Self {
+        match reflector {
+            Reflector::Diffuse { albedo } => Self::Diffuse { albedo },
+            Reflector::Mirror { reflectance } => Self::Mirror { reflectance },
+            Reflector::Conductor(conductor) => Self::Conductor(conductor),
+            Reflector::RoughConductor(rough) => Self::RoughConductor(rough),
+        }
+    }
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfSample {
+    pub direction: DVec3,
+    /// f_r·cos/pdf.
+    pub weight: Colour,
+    /// Per steradian; None for a specular direction.
+    pub pdf: Option<f64>,
+    /// Squared ratio of the indices of refraction passed, for Russian roulette on importance instead of radiance.
+    pub eta_squared: f64,
+}
+
+impl Bsdf {
+    pub fn is_specular(&self) -> bool {
+        match *self {
+            Self::Mirror { .. } | Self::Dielectric { .. } | Self::Conductor(_) => true,
+            Self::Diffuse { .. } | Self::RoughConductor(_) | Self::RoughDielectric(_) => false,
+            Self::TwoSided(reflector) => Self::from(reflector).is_specular(),
+        }
+    }
+
+    /// Whether f_r is the same for all directions on one side.
+    pub fn is_lambertian(&self) -> bool {
+        matches!(self, Self::Diffuse { .. } | Self::TwoSided(Reflector::Diffuse { .. }))
+    }
+
+    /// Whether all light stays on the side that it comes from.
+    pub fn keeps_sides(&self) -> bool {
+        !matches!(self, Self::Dielectric { .. } | Self::RoughDielectric(_))
+    }
+
+    /// The normal on the side from which it is seen, if both sides are alike.
+    pub fn facing(&self, n: DVec3, to_camera: DVec3) -> DVec3 {
+        if matches!(self, Self::TwoSided(_)) && n.dot(to_camera) < 0.0 { -n } else { n }
+    }
+
+    /// Whether it scatters nothing, as the surface of a light usually does.
+    pub fn is_black(&self) -> bool {
+        let (Self::Diffuse { albedo } | Self::TwoSided(Reflector::Diffuse { albedo })) = self else { return false };
+        *albedo == Colour::ZERO
+    }
+
+    /// f_r(to_camera, to_light), without the cosine. 0 for specular ones.
+    pub fn eval(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> Colour {
+        match *self {
+            Self::Diffuse { albedo } if n.dot(to_camera) > 0.0 && n.dot(to_light) > 0.0 => albedo * (1.0 / PI),
+            Self::RoughConductor(rough) => rough.eval(n, to_camera, to_light),
+            Self::RoughDielectric(rough) => rough.eval(n, to_camera, to_light),
+            Self::TwoSided(reflector) => Self::from(reflector).eval(self.facing(n, to_camera), to_camera, to_light),
+            _ => Colour::ZERO,
+        }
+    }
+
+    /// f_r, or what is left of it without its delta factor at a specular vertex.
+    pub fn eval_or_weight(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> Colour {
+        match *self {
+            Self::Mirror { reflectance } if n.dot(to_camera) > 0.0 && n.dot(to_light) > 0.0 => reflectance,
+            Self::Conductor(metal) if n.dot(to_camera) > 0.0 && n.dot(to_light) > 0.0 => metal.fresnel(n.dot(to_camera)),
+            Self::Dielectric { eta } => {
+                let interface = Interface::new(n.dot(to_camera), eta);
+                let reflected = n.dot(to_camera) * n.dot(to_light) > 0.0;
+                let (f, eta) = (interface.fresnel(), interface.relative);
+                Colour::splat(if reflected { f } else { (1.0 - f) / (eta * eta) })
+            }
+            Self::TwoSided(reflector) => Self::from(reflector).eval_or_weight(self.facing(n, to_camera), to_camera, to_light),
+            _ => self.eval(n, to_camera, to_light),
+        }
+    }
+
+    /// Density of [`Bsdf::sample`], per steradian.
+    pub fn pdf(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> f64 {
+        match *self {
+            Self::Diffuse { .. } if n.dot(to_camera) > 0.0 => n.dot(to_light).max(0.0) * (1.0 / PI),
+            Self::RoughConductor(rough) => rough.pdf(n, to_camera, to_light),
+            Self::RoughDielectric(rough) => rough.pdf(n, to_camera, to_light),
+            Self::TwoSided(reflector) => Self::from(reflector).pdf(self.facing(n, to_camera), to_camera, to_light),
+            _ => 0.0,
+        }
+    }
+
+    /// ∂log f_r/∂to_camera and ∂log f_r/∂to_light per colour channel, as unconstrained vectors: for a direction ω to a point at a
+    /// distance d, the gradient with respect to that point is (I − ωωᵀ)/d times it. 0 where f_r does not depend on the direction, or is 0.
+    pub fn log_gradient(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> ([DVec3; 3], [DVec3; 3]) {
+        match *self {
+            Self::RoughConductor(rough) => rough.log_gradient(n, to_camera, to_light),
+            Self::RoughDielectric(rough) => rough.log_gradient(n, to_camera, to_light),
+            Self::TwoSided(reflector) => Self::from(reflector).log_gradient(self.facing(n, to_camera), to_camera, to_light),
+            _ => ([DVec3::ZERO; 3], [DVec3::ZERO; 3]),
+        }
+    }
+
+    /// A direction towards the lights; `lobe` chooses between reflection and refraction. None if nothing is scattered.
+    pub fn sample(&self, n: DVec3, to_camera: DVec3, u: DVec2, lobe: f64) -> Option<BsdfSample> {
+        let cosine = n.dot(to_camera);
+        match *self {
+            Self::Diffuse { albedo } if cosine > 0.0 => {
+                let d = uniform_disk(u);
+                let height = sqrt((1.0 - d.length_squared()).max(0.0));
+                let (s, t) = orthonormal_basis(n);
+                let pdf = height * (1.0 / PI);
+                let direction = s * d.x + t * d.y + n * height;
+                (pdf > 0.0).then_some(BsdfSample { direction, weight: albedo, pdf: Some(pdf), eta_squared: 1.0 })
+            }
+            Self::Mirror { reflectance } if cosine > 0.0 => Some(specular(reflect(n, to_camera), reflectance, 1.0)),
+            Self::Dielectric { eta } => Some(sample_dielectric(n, to_camera, eta, lobe)),
+            Self::Conductor(metal) if cosine > 0.0 => Some(specular(reflect(n, to_camera), metal.fresnel(cosine), 1.0)),
+            Self::RoughConductor(rough) => rough.sample(n, to_camera, u),
+            Self::RoughDielectric(rough) => rough.sample(n, to_camera, u, lobe),
+            Self::TwoSided(reflector) => Self::from(reflector).sample(self.facing(n, to_camera), to_camera, u, lobe),
+            _ => None,
+        }
+    }
+}
+
+fn specular(direction: DVec3, weight: Colour, eta_squared: f64) -> BsdfSample {
+    BsdfSample { direction, weight, pdf: None, eta_squared }
+}
+
+fn reflect(n: DVec3, away: DVec3) -> DVec3 {
+    2.0 * n.dot(away) * n - away
+}
+
+/// Reflects with the Fresnel probability, else refracts. Radiance is divided by η² on the way into the denser side.
+fn sample_dielectric(n: DVec3, to_camera: DVec3, eta: f64, lobe: f64) -> BsdfSample {
+    let cosine = n.dot(to_camera);
+    let facing = if cosine > 0.0 { n } else { -n };
+    let interface = Interface::new(cosine, eta);
+    if lobe < interface.fresnel() {
+        return specular(reflect(facing, to_camera), Colour::ONE, 1.0);
+    }
+    let eta_squared = interface.relative * interface.relative;
+    specular(interface.refract(facing, to_camera).normalize(), Colour::splat(1.0 / eta_squared), eta_squared)
+}

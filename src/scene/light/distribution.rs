@@ -1,0 +1,25 @@
+//! Discrete distributions as running sums of probabilities: the last is 1, or 0 if nothing is ever picked.
+
+/// Weights to running sums of probabilities. Without any weight nothing is ever picked.
+pub fn accumulate(weights: &mut [f64]) {
+    let total: f64 = weights.iter().sum();
+    let mut sum = 0.0;
+    for weight in weights.iter_mut() {
+        sum += *weight;
+        *weight = if total > 0.0 { sum / total } else { 0.0 };
+    }
+}
+
+/// Probability of element `i`.
+pub fn probability(sums: &[f64], i: usize) -> f64 {
+    let before = i.checked_sub(1).and_then(|before| sums.get(before)).copied().unwrap_or(0.0);
+    sums.get(i).map_or(0.0, |sum| sum - before)
+}
+
+/// The element that the number `u` picks, and where within its share of the numbers u is. None if no element has any.
+pub fn pick(sums: &[f64], u: f64) -> Option<(usize, f64)> {
+    let i = sums.partition_point(|sum| *sum <= u);
+    let end = sums.get(i)?;
+    let share = probability(sums, i);
+    Some((i, 1.0 - (end - u) / share))
+}
