@@ -811,7 +811,7 @@ volgrad_status volgrad_path_sampler_run(const struct volgrad_scene *scene,
                                         struct volgrad_film *film,
                                         struct volgrad_path_sampler_stats *stats);
 
-// Memory that a scene of this description needs. Reads the counts and grid sizes only.
+// Memory that a scene of this description needs. Reads the counts and the sizes of grids and environment maps only.
 volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr_t *bytes);
 
 // Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays

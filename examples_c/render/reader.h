@@ -25,7 +25,7 @@ typedef struct {
 uint32_t reader_add_medium(reader *r, const xml_node *node,
                            const volgrad_medium *medium); /* takes its density over, also on failure */
 uint32_t reader_add_material(reader *r, const xml_node *node, const volgrad_material *material);
-uint32_t reader_add_light(reader *r, const xml_node *node, const volgrad_light *light);
+uint32_t reader_add_light(reader *r, const xml_node *node, const volgrad_light *light); /* takes its image over, also on failure */
 uint32_t reader_add_shape(reader *r, const xml_node *node, const shape *s); /* takes its arrays over, also on failure */
 
 /* reader_refs.c */

@@ -43,6 +43,7 @@ uint32_t reader_add_light(reader *r, const xml_node *node, const volgrad_light *
     volgrad_scene_desc *desc = &r->scene->desc;
     volgrad_light *lights = with_room((void *)desc->lights, desc->light_count, sizeof *lights);
     if (!lights) {
+        free((void *)light->image);
         return xml_out_of_memory(node), VOLGRAD_NONE;
     }
     desc->lights = lights;
@@ -75,6 +76,9 @@ void scene_free(scene *s)
     }
     for (uint32_t i = 0; i < s->desc.media_count; i++) {
         free((void *)s->desc.media[i].density);
+    }
+    for (uint32_t i = 0; i < s->desc.light_count; i++) {
+        free((void *)s->desc.lights[i].image);
     }
     free(s->shapes);
     free((void *)s->desc.media);

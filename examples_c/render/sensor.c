@@ -5,8 +5,8 @@
 
 #include "reader.h"
 
-/* Mitsuba's defaults, and how far the camera's axes may be from length 1. */
-static const double DEFAULT_NEAR_CLIP = .01, DEFAULT_FAR_CLIP = 1e4, UNIT_TOLERANCE = 1e-3;
+/* Mitsuba's defaults. */
+static const double DEFAULT_NEAR_CLIP = .01, DEFAULT_FAR_CLIP = 1e4;
 static const long DEFAULT_WIDTH = 768, DEFAULT_HEIGHT = 576, DEFAULT_SAMPLE_COUNT = 4, DEFAULT_MAX_DEPTH = -1,
                   DEFAULT_RR_DEPTH = 5;
 #define MAX_SIDE 65536
@@ -118,11 +118,7 @@ static void read_clip_planes(xml_node *sensor, volgrad_camera *camera)
 static void read_pose(xml_node *sensor, volgrad_camera *camera)
 {
     transform to_world = param_transform(sensor, "to_world");
-    for (int axis = 0; axis < 3; axis++) {
-        vec3d image = transform_axis(&to_world, axis), next = transform_axis(&to_world, (axis + 1) % 3);
-        if (fabs(vec3d_length(image) - 1) < UNIT_TOLERANCE && fabs(vec3d_dot(image, next)) < UNIT_TOLERANCE) {
-            continue;
-        }
+    if (!transform_is_rigid(&to_world)) {
         xml_error(param_find(sensor, "to_world"),
                   "to_world scales or shears the camera; write rotations and translations (lookat) only");
         return;
@@ -137,6 +133,13 @@ static void read_pose(xml_node *sensor, volgrad_camera *camera)
     camera->forward = vec3d_round(forward);
     camera->up = vec3d_round(up);
     camera->right = vec3d_round(right);
+}
+
+static void read_lens(xml_node *sensor, volgrad_camera *camera)
+{
+    camera->kind = VOLGRAD_CAMERA_THIN_LENS;
+    camera->lens_radius = (float)param_float(sensor, "aperture_radius", PARAM_REQUIRED, PARAM_POSITIVE);
+    camera->focal_distance = (float)param_float(sensor, "focus_distance", PARAM_REQUIRED, PARAM_POSITIVE);
 }
 
 static uint32_t sensor_medium(reader *r, xml_node *child)
@@ -172,10 +175,12 @@ void reader_sensor(reader *r, xml_node *node)
 {
     volgrad_camera *camera = &r->scene->desc.camera;
     const char *type = param_type(node);
-    if (strcmp(type, "perspective") != 0) {
-        xml_error(node, "sensor \"%s\" is not supported; write perspective", type);
-    }
     *camera = (volgrad_camera){.kind = VOLGRAD_CAMERA_PINHOLE};
+    if (strcmp(type, "thinlens") == 0) {
+        read_lens(node, camera);
+    } else if (strcmp(type, "perspective") != 0) {
+        xml_error(node, "sensor \"%s\" is not supported; write perspective or thinlens", type);
+    }
     read_film(node, camera);
     camera->crop_x1 = camera->width;
     camera->crop_y1 = camera->height;

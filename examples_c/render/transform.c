@@ -4,6 +4,8 @@
 #define FLAT 1e-10
 /* Off-axis parts this small against the axis come from rounding, such as cos 90 degrees. */
 #define ALIGNED 1e-9
+/* Unit vectors of scene files are rounded by hand. */
+#define UNIT_TOLERANCE 1e-3
 
 static const double RADIANS_PER_DEGREE = 3.14159265358979323846 / 180.0;
 
@@ -107,6 +109,17 @@ vec3d transform_translation(const transform *t)
 double transform_determinant(const transform *t)
 {
     return vec3d_dot(vec3d_cross(transform_axis(t, 0), transform_axis(t, 1)), transform_axis(t, 2));
+}
+
+int transform_is_rigid(const transform *t)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        vec3d image = transform_axis(t, axis), next = transform_axis(t, (axis + 1) % 3);
+        if (fabs(vec3d_length(image) - 1) > UNIT_TOLERANCE || fabs(vec3d_dot(image, next)) > UNIT_TOLERANCE) {
+            return 0;
+        }
+    }
+    return 1;
 }
 
 int transform_is_invertible(const transform *t)

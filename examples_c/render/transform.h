@@ -36,6 +36,9 @@ vec3d transform_translation(const transform *t);
 
 double transform_determinant(const transform *t);
 
+/* Whether it keeps all lengths: rotations, mirrors and translations. */
+int transform_is_rigid(const transform *t);
+
 /* Whether the map has an inverse, with room for rounding. */
 int transform_is_invertible(const transform *t);
 

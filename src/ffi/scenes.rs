@@ -116,7 +116,7 @@ struct Layout {
     bytes: usize,
 }
 
-/// Memory that a scene of this description needs. Reads the counts and grid sizes only.
+/// Memory that a scene of this description needs. Reads the counts and the sizes of grids and environment maps only.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, bytes: *mut usize) -> volgrad_status {
     finish((|| {

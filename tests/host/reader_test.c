@@ -259,8 +259,17 @@ static void test_camera(void)
              "<scale x='-1'/><lookat origin='0,0,0' target='0,0,1' up='0,1,0'/>") FILM "</sensor>"),
          &s)
     {
+        CHECK(s.desc.camera.kind == VOLGRAD_CAMERA_PINHOLE);
         NEAR3(s.desc.camera.forward, 0, 0, 1);
         NEAR3(s.desc.camera.right, 1, 0, 0); /* mirrored: cross(forward, up) is (-1, 0, 0) */
+        scene_free(&s);
+    }
+    GOOD(WITH_SENSOR("<sensor type='thinlens'><float name='fov' value='60'/><float name='aperture_radius' value='.2'/><float "
+                     "name='focus_distance' value='3'/>" FILM "</sensor>"),
+         &s)
+    {
+        CHECK(s.desc.camera.kind == VOLGRAD_CAMERA_THIN_LENS);
+        NEAR(s.desc.camera.lens_radius, .2), NEAR(s.desc.camera.focal_distance, 3);
         scene_free(&s);
     }
 }
@@ -381,9 +390,36 @@ static void test_bsdfs(void)
         const volgrad_material *m = s.desc.materials;
         CHECK(s.desc.material_count == 4);
         NEAR(m[0].reflectance.b, .3), NEAR(m[1].reflectance.b, .4);
-        CHECK(m[2].kind == VOLGRAD_MATERIAL_MIRROR && m[2].reflectance.r == 1);
+        CHECK(m[2].kind == VOLGRAD_MATERIAL_CONDUCTOR && m[2].reflectance.r == 1 && m[2].conductor_k.r == 1);
         CHECK(m[3].kind == VOLGRAD_MATERIAL_DIELECTRIC);
         NEAR(m[3].eta, 1.5 / 1.333);
+        scene_free(&s);
+    }
+}
+
+static void test_rough_bsdfs(void)
+{
+#define GGX "<string name='distribution' value='ggx'/>"
+    scene s;
+    GOOD(SCENE("<bsdf type='conductor'><rgb name='eta' value='.1,.2,.3'/><rgb name='k' value='4'/></bsdf>"
+               "<bsdf type='roughconductor' id='gold'>" GGX "<string name='material' value='Au'/><float name='alpha' value='.2'/>"
+               "<rgb name='specular_reflectance' value='.5'/></bsdf>"
+               "<bsdf type='roughdielectric'>" GGX "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/></bsdf>"
+               "<bsdf type='twosided'><ref id='gold'/></bsdf>"
+               "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='.3'/></bsdf></bsdf>"),
+         &s)
+    {
+        const volgrad_material *m = s.desc.materials;
+        CHECK(s.desc.material_count == 6); /* the diffuse one in the last stands alone too */
+        CHECK(m[0].kind == VOLGRAD_MATERIAL_CONDUCTOR && m[0].roughness == 0 && m[0].flags == 0);
+        NEAR(m[0].conductor_eta.g, .2), NEAR(m[0].conductor_k.b, 4), NEAR(m[0].reflectance.g, 1);
+        NEAR(m[1].roughness, .2), NEAR(m[1].conductor_eta.b, 1.44205), NEAR(m[1].conductor_k.r, 3.983), NEAR(m[1].reflectance.r, .5);
+        CHECK(m[2].kind == VOLGRAD_MATERIAL_DIELECTRIC);
+        NEAR(m[2].eta, 1.5), NEAR(m[2].roughness, .1);
+        CHECK(m[3].kind == VOLGRAD_MATERIAL_CONDUCTOR && m[3].flags == VOLGRAD_MATERIAL_TWO_SIDED);
+        NEAR(m[3].roughness, .2);
+        CHECK(m[5].kind == VOLGRAD_MATERIAL_DIFFUSE && m[5].flags == VOLGRAD_MATERIAL_TWO_SIDED && m[4].flags == 0);
+        NEAR(m[5].reflectance.r, .3);
         scene_free(&s);
     }
 }
@@ -460,6 +496,41 @@ static void test_cube_lights(void)
     check_cube("x='1' y='2' z='3'", 88, __LINE__);
     check_cube("x='-1' y='2' z='3'", 88, __LINE__);
     check_cube("x='-1' y='-2' z='-3'", 88, __LINE__);
+}
+
+static void test_spot(void)
+{
+    scene s;
+    GOOD(SCENE("<emitter type='spot'><rgb name='intensity' value='3'/><transform name='to_world'><lookat origin='1,2,3' "
+               "target='1,0,3' up='0,0,1'/></transform><float name='cutoff_angle' value='60'/></emitter>"),
+         &s)
+    {
+        const volgrad_light *l = &s.desc.lights[1];
+        CHECK(l->kind == VOLGRAD_LIGHT_SPOT);
+        NEAR3(l->position, 1, 2, 3), NEAR3(l->direction, 0, -1, 0);
+        NEAR(l->cos_outer, .5), NEAR(l->cos_inner, .70710678), NEAR(l->emission.r, 3);
+        scene_free(&s);
+    }
+}
+
+static void test_environment_map(void)
+{
+    static const float image[2 * 3 * 3] = {1, 2, 3, [15] = .5f};
+    const volgrad_exr_layout layout = {.width = 3, .height = 2, .window_width = 3, .window_height = 2};
+    CHECK(volgrad_exr_write(path_of("sky.exr"), &layout, image, 18, NULL, 0) == VOLGRAD_OK);
+    scene s;
+    GOOD("<scene version='3.0.0'>" INTEGRATOR SENSOR
+         "<emitter type='envmap'><string name='filename' value='sky.exr'/><float name='scale' value='2'/><transform "
+         "name='to_world'><rotate x='1' angle='90'/></transform></emitter></scene>",
+         &s)
+    {
+        const volgrad_light *l = s.desc.lights;
+        CHECK(l->kind == VOLGRAD_LIGHT_ENVIRONMENT_MAP && l->image_width == 3 && l->image_height == 2);
+        CHECK(l->image[1] == 2 && l->image[15] == .5f && l->emission.r == 2);
+        NEAR3(l->edge_u, 1, 0, 0), NEAR3(l->edge_v, 0, 0, 1), NEAR3(l->direction, 0, -1, 0);
+        scene_free(&s);
+    }
+    remove(path_of("sky.exr"));
 }
 
 static void test_other_lights(void)
@@ -602,12 +673,29 @@ static const bad_scene BAD_VALUES[] = {
     BAD("<bsdf type='diffuse'><rgb name='reflectance' value='1, 2, 0'/></bsdf>", 22, "between 0 and 1"),
     BAD("<bsdf type='diffuse'><spectrum name='reflectance' value='1'/></bsdf>", 22,
         "<spectrum name=\"reflectance\"> is not supported"),
-    BAD("<bsdf type='twosided'/>", 1, "bsdf \"twosided\" is not supported; write diffuse"),
+    BAD("<bsdf type='plastic'/>", 1, "bsdf \"plastic\" is not supported; write diffuse"),
+    BAD("<bsdf type='twosided'/>", 1, "twosided lacks its bsdf"),
+    BAD("<bsdf type='twosided'><bsdf type='null'/></bsdf>", 23, "one bsdf that is not null"),
+    BAD("<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>", 1, "has two sides already"),
+    BAD("<bsdf type='twosided'><bsdf type='diffuse'/><bsdf type='diffuse'/></bsdf>", 45, "a second bsdf in twosided"),
+    BAD("<bsdf type='roughconductor'><string name='material' value='Au'/></bsdf>", 1, "default distribution is beckmann"),
+    BAD("<bsdf type='roughconductor'><string name='material' value='Au'/><string name='distribution' value='beckmann'/></bsdf>", 65,
+        "write ggx"),
+    BAD("<bsdf type='roughdielectric'><string name='distribution' value='ggx'/><float name='alpha' value='0'/></bsdf>", 71,
+        "1e-4 or greater"),
+    BAD("<bsdf type='roughdielectric'><string name='distribution' value='ggx'/><float name='int_ior' value='1'/><float "
+        "name='ext_ior' value='1'/></bsdf>", 1, "are the same"),
+    BAD("<bsdf type='conductor'><rgb name='eta' value='1'/></bsdf>", 1, "lacks its k"),
     BAD("<bsdf type='conductor'/>", 1, "<bsdf> lacks its material"),
-    BAD("<bsdf type='conductor'><string name='material' value='Au'/></bsdf>", 24, "conductor \"Au\" is not supported"),
+    BAD("<bsdf type='conductor'><string name='material' value='Xx'/></bsdf>", 24, "\"Xx\" is no metal"),
     BAD("<bsdf type='dielectric'><string name='int_ior' value='jelly'/></bsdf>", 25, "no refractive index"),
     BAD("<bsdf type='dielectric'><float name='int_ior' value='0'/></bsdf>", 25, "greater than 0"),
-    BAD("<emitter type='envmap'/>", 1, "emitter \"envmap\" is not supported"),
+    BAD("<emitter type='projector'/>", 1, "emitter \"projector\" is not supported"),
+    BAD("<emitter type='envmap'><string name='filename' value='no.exr'/></emitter>", 24, "no.exr"),
+    BAD("<emitter type='envmap'/>", 1, "lacks its filename"),
+    BAD("<emitter type='spot'><rgb name='intensity' value='1'/><float name='beam_width' value='30'/></emitter>", 55,
+        "more than the cutoff_angle, 20"),
+    BAD("<emitter type='spot'><rgb name='intensity' value='1'/>" MAP("<scale value='2'/>") "</emitter>", 55, "scales or shears"),
     BAD("<emitter type='area'/>", 1, "belongs into a <shape>"),
     BAD(SKY, 1, "a second constant emitter"),
     BAD("<emitter type='point'><rgb name='intensity' value='1'/></emitter>", 1, "lacks its position"),
@@ -652,7 +740,9 @@ static const bad_scene BAD_SHAPES[] = {
 };
 
 static const bad_scene BAD_SENSORS[] = {
-    BAD_SENSOR("<sensor type='thinlens'>" FOV FILM "</sensor>", 1, "sensor \"thinlens\" is not supported"),
+    BAD_SENSOR("<sensor type='orthographic'>" FOV FILM "</sensor>", 1, "sensor \"orthographic\" is not supported"),
+    BAD_SENSOR("<sensor type='thinlens'>" FOV "<float name='focus_distance' value='1'/>" FILM "</sensor>", 1,
+               "lacks its aperture_radius"),
     BAD_SENSOR("<sensor type='perspective'>" FILM "</sensor>", 1, "lacks its fov"),
     BAD_SENSOR("<sensor type='perspective'><float name='fov' value='180'/>" FILM "</sensor>", 28, "between 0 and 180"),
     BAD_SENSOR("<sensor type='perspective'>" FOV "<string name='fov_axis' value='z'/>" FILM "</sensor>", 57,
@@ -788,8 +878,11 @@ int main(int argc, char **argv)
     test_media_sides();
     test_sensor_medium();
     test_bsdfs();
+    test_rough_bsdfs();
     test_rectangle_lights();
     test_cube_lights();
+    test_spot();
+    test_environment_map();
     test_other_lights();
     test_meshes();
     test_grids();

@@ -65,7 +65,7 @@ fn fresnel(n: complex::Complex, cosine: f64) -> f64 {
     0.5 * (squared_ratio(add(s, minus), add(s, root)) + squared_ratio(add(p, minus), add(p, root)))
 }
 
-/// D and G₁ by tangents [Walter 2007 (33), (34)].
+/// D and G₁ by tangents [W07 (33), (34)].
 fn ggx(alpha: f64, cosine: f64) -> f64 {
     let tan2 = 1.0 / (cosine * cosine) - 1.0;
     alpha * alpha / (PI * cosine.powi(4) * (alpha * alpha + tan2).powi(2))
@@ -75,14 +75,14 @@ fn masking(alpha: f64, cosine: f64) -> f64 {
     2.0 / (1.0 + (1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)).sqrt())
 }
 
-/// [Walter 2007 (20)]
+/// [W07 (20)]
 fn reflected(alpha: f64, n: DVec3, c: DVec3, l: DVec3, fresnel: impl Fn(f64) -> f64) -> f64 {
     let m = (c + l).normalize();
     let (nc, nl) = (n.dot(c), n.dot(l));
     fresnel(c.dot(m)) * ggx(alpha, n.dot(m)) * masking(alpha, nc) * masking(alpha, nl) / (4.0 * nc * nl)
 }
 
-/// [Walter 2007 (21)] divided by η², which makes it radiance's. n on the side of c.
+/// [W07 (21)] divided by η², which makes it radiance's. n on the side of c.
 fn refracted(alpha: f64, n: DVec3, c: DVec3, l: DVec3, eta: f64) -> f64 {
     let m = (c + eta * l).normalize();
     let m = if n.dot(m) > 0.0 { m } else { -m };

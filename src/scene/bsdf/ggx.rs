@@ -1,7 +1,6 @@
 //! The GGX (Trowbridge–Reitz) distribution of microfacet normals, isotropic, with Smith's masking of each direction by itself.
 //!
-//! Source: B. Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007; E. Heitz, *Sampling the GGX
-//! Distribution of Visible Normals*, JCGT 7(4), 2018. Masking and shadowing are taken as independent, as in Mitsuba 3.
+//! Source: [W07], [H18]. Masking and shadowing are taken as independent, as in Mitsuba 3.
 
 use crate::math::{DVec2, DVec3, orthonormal_basis, sqrt, uniform_disk};
 use core::f64::consts::PI;
@@ -47,7 +46,7 @@ impl Ggx {
         sqrt(1.0 + self.alpha * self.alpha * (1.0 / (cosine * cosine) - 1.0).max(0.0))
     }
 
-    /// A microfacet's normal m as the unit vector `v` on the side of `n` sees them: with density G₁(v) (v·m) D(m)/(n·v). [Heitz 2018]
+    /// A microfacet's normal m as the unit vector `v` on the side of `n` sees them: with density G₁(v) (v·m) D(m)/(n·v). [H18]
     pub fn sample_visible(&self, n: DVec3, v: DVec3, u: DVec2) -> DVec3 {
         let (s, t) = orthonormal_basis(n);
         // Stretched, the microfacets are a hemisphere.

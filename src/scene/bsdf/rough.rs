@@ -2,7 +2,7 @@
 //!
 //! Directions c to the camera and l to the light, n on the camera's side. With the relative index of refraction η (1 to reflect), a
 //! microfacet that sends one to the other is normal to h = c + ηl, and with k = c·l every product of h with the two is one of k.
-//! Source: B. Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007, equations (20), (21), (38), (41).
+//! Source: [W07 (20), (21), (38), (41)].
 
 use super::fresnel::{Conductor, Interface};
 use super::ggx::Ggx;
@@ -138,7 +138,7 @@ fn half_cosine(c: DVec3, l: DVec3) -> f64 {
     0.5 * (c + l).length()
 }
 
-/// D G/(4 (n·c)(n·l)) [Walter 2007 (20)], without Fresnel's factor.
+/// D G/(4 (n·c)(n·l)) [W07 (20)], without Fresnel's factor.
 fn reflection(ggx: &Ggx, n: DVec3, c: DVec3, l: DVec3) -> f64 {
     reflection_pdf(ggx, n, c, l) * ggx.masking(n.dot(l)) / n.dot(l)
 }
@@ -178,7 +178,7 @@ impl Pass {
         seen.then(|| Self { h, interface: Interface::facing(c_h.abs() / h.length(), eta), c_h, l_h })
     }
 
-    /// |c·h||l·h|: with D/|h|⁴ what [Walter 2007 (21)] has as |c·m||l·m|/(c·m + η l·m)², m = h/|h|.
+    /// |c·h||l·h|: with D/|h|⁴ what [W07 (21)] has as |c·m||l·m|/(c·m + η l·m)², m = h/|h|.
     fn products(&self) -> f64 {
         (self.c_h * self.l_h).abs()
     }
