@@ -54,6 +54,7 @@ pub struct RandomNumbers {
 const PATH: u64 = 0;
 const SHIFT: u64 = 1;
 const PLACE: u64 = 2;
+const LINE: u64 = 3;
 
 /// 2³²/φ and 2³²/φ², where φ³ = φ + 1: multiples of these, modulo 2³², fill the unit square evenly.
 /// Source: M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018 (R₂).
@@ -82,6 +83,12 @@ impl PrimarySample for RandomNumbers {
 /// Uniform numbers for the shifts of the path through `pixel` in `pass`, independent of the path's own.
 pub fn shift_numbers(seed: u64, pass: u64, pixel: u32) -> impl FnMut() -> f64 {
     let mut rng = stream(seed, pass, pixel, SHIFT);
+    move || uniform(rng.next_u32())
+}
+
+/// Uniform numbers for estimate number `index` along a line.
+pub fn line_numbers(seed: u64, index: u64) -> impl FnMut() -> f64 {
+    let mut rng = stream(seed, index, 0, LINE);
     move || uniform(rng.next_u32())
 }
 
