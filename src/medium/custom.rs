@@ -7,7 +7,7 @@
 //! σ_s > 0: the step must resolve the density.
 //!
 //! Errors: τ is off by no more than step²/12·∫|ρ''|. Along the line ∇τ is the exact derivative of this τ; across it, ∇ρ is integrated
-//! by the same rule, with an error of the same order.
+//! by the same rule, with an error of the same order, or of first order where ∇ρ jumps.
 
 use super::{Extent, Inversion, Moments, Stretch};
 use crate::math::{DAffine3, DVec3, floor, sqrt};
@@ -201,8 +201,11 @@ impl<'a> Custom<'a> {
         let (mut next, last) = (panel_of(start) as usize, panel_of(end) as usize);
         while next <= last {
             let count = (last + 1 - next).min(BATCH - 1);
-            let ends: [f64; BATCH] = core::array::from_fn(|i| chord.node(next + i.min(count)));
-            let points = ends.map(|t| stretch.origin + t * stretch.direction);
+            let (mut ends, mut points) = ([0.0; BATCH], [DVec3::ZERO; BATCH]);
+            for i in 0..=count {
+                ends[i] = chord.node(next + i);
+                points[i] = stretch.origin + ends[i] * stretch.direction;
+            }
             let (mut densities, mut slopes) = ([0.0; BATCH], [DVec3::ZERO; BATCH]);
             self.read_densities(&points[..=count], &mut densities[..=count]);
             if gradients {
