@@ -135,10 +135,9 @@ fn the_error_is_of_second_order() {
         }
     }
     println!("worst errors of τ and ∇τ at steps {steps:?}: {worst:.6?}");
-    for quantity in 0..2 {
-        assert!(worst[1][quantity] < worst[0][quantity] / 10.0, "a quarter of the step, about a sixteenth of the error");
-    }
-    assert!(worst[1][0] < 2e-4 && worst[1][1] < 1e-3);
+    let [coarse, fine] = worst;
+    assert!(fine[0] < coarse[0] / 10.0 && fine[1] < coarse[1] / 10.0, "a quarter of the step, about a sixteenth of the error");
+    assert!(fine[0] < 2e-4 && fine[1] < 1e-3);
 }
 
 /// 0.3 + xy/20
