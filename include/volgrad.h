@@ -82,6 +82,15 @@
 // Most vertices that move together.
 #define VOLGRAD_MAX_RUN 8
 
+// Ratio tracking [NSJ14]: unbiased, gradients too.
+#define VOLGRAD_TRANSMITTANCE_RATIO_TRACKING 0
+
+// Residual ratio tracking [NSJ14]: unbiased; the least density on the way counts in closed form.
+#define VOLGRAD_TRANSMITTANCE_RESIDUAL_RATIO_TRACKING 1
+
+// Ray marching [JDZJ08]: biased, tau by O(step^2), or if jittered not tau, but exp(-tau) by half its variance.
+#define VOLGRAD_TRANSMITTANCE_RAY_MARCHING 2
+
 // Version of the structs and functions below; `volgrad_abi_version()` returns the library's.
 #define VOLGRAD_ABI_VERSION 1
 
@@ -119,6 +128,8 @@
 #define VOLGRAD_MEDIUM_HOMOGENEOUS 0
 
 #define VOLGRAD_MEDIUM_GRID 1
+
+#define VOLGRAD_MEDIUM_CUSTOM 2
 
 #define VOLGRAD_MATERIAL_DIFFUSE 0
 
@@ -562,6 +573,33 @@ typedef struct volgrad_camera {
   float focal_distance;
 } volgrad_camera;
 
+// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
+// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count as 0.
+typedef void (*volgrad_density_fn)(void *user, const struct volgrad_vec3 *points, float *densities, uint32_t count);
+
+// Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
+typedef void (*volgrad_density_gradient_fn)(void *user, const struct volgrad_vec3 *points, struct volgrad_vec3 *gradients, uint32_t count);
+
+// A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
+//
+// The optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
+// and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
+// gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
+// line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
+typedef struct volgrad_custom_density {
+  // `sizeof(volgrad_custom_density)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Passed back as the callbacks' first argument.
+  void *user;
+  volgrad_density_fn density;
+  volgrad_density_gradient_fn gradient;
+  // World units, > 0; not below about a millionth of the box.
+  float step;
+  // At least as large as every density in the box. Only ratio tracking uses it.
+  float majorant;
+} volgrad_custom_density;
+
 // A participating medium: extinction `sigma_t * density(x)`, scattering `albedo *` that.
 typedef struct volgrad_medium {
   // `VOLGRAD_MEDIUM_*`.
@@ -578,10 +616,10 @@ typedef struct volgrad_medium {
   uint32_t nx;
   uint32_t ny;
   uint32_t nz;
-  // Grid: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
+  // Grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
   float local_to_world[12];
-  // Reserved for callback media; NULL.
-  const void *custom;
+  // Custom: the density. Borrowed: must outlive the scene. NULL for other kinds.
+  const struct volgrad_custom_density *custom;
 } volgrad_medium;
 
 // A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
@@ -655,6 +693,30 @@ typedef struct volgrad_scene_desc {
   // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
   const struct volgrad_light *lights;
 } volgrad_scene_desc;
+
+// How a transmittance is estimated.
+typedef struct volgrad_transmittance_options {
+  // `sizeof(volgrad_transmittance_options)` of the caller.
+  uint32_t struct_size;
+  // `VOLGRAD_TRANSMITTANCE_*`.
+  uint32_t kind;
+  // Ray marching: points in each medium that the line passes, at least 1. Unused by the others.
+  uint32_t steps;
+  // Ray marching: 0 for the middles of the steps, 1 for one random place in all of them. Unused by the others.
+  uint32_t jitter;
+} volgrad_transmittance_options;
+
+// An estimate of a line's transmittance T and its gradients, per colour channel (index 0 red, 1 green, 2 blue).
+typedef struct volgrad_transmittance_estimate {
+  // Below 0 only if a custom density exceeds its majorant.
+  struct volgrad_rgb transmittance;
+  // d T / d origin, 1/world unit: the far end stays, or for an infinite line the direction.
+  struct volgrad_vec3 origin_gradient[3];
+  // d T / d far end, 1/world unit: the origin stays. 0 for an infinite line.
+  struct volgrad_vec3 end_gradient[3];
+  // Points at which a density was computed.
+  uint32_t evaluations;
+} volgrad_transmittance_estimate;
 
 
 
@@ -815,8 +877,8 @@ volgrad_status volgrad_path_sampler_run(const struct volgrad_scene *scene,
 volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr_t *bytes);
 
 // Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
-// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids and environment
-// maps are borrowed as long. Their bounds and sums are computed here, so this reads all of them once.
+// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids, custom densities and
+// environment maps are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
 // On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 volgrad_status volgrad_scene_init(void *memory,
                                   uintptr_t bytes,
@@ -856,6 +918,22 @@ uint32_t volgrad_abi_version(void);
 
 // The library's version, "major.minor.patch"; static text.
 const char *volgrad_version(void);
+
+// Fills options with their defaults: ratio tracking; 64 jittered steps if the kind is changed to ray marching.
+// `struct_size`: `sizeof *options` of the caller.
+volgrad_status volgrad_transmittance_options_default(struct volgrad_transmittance_options *options, uintptr_t struct_size);
+
+// One estimate of a line's transmittance and its gradients at both ends; `seed` and `index` say which. Estimates of different indices are
+// independent, and their mean over many indices is exact for the unbiased kinds, for custom densities too, whose `step` plays no part
+// here. All channels share the same collisions. Homogeneous media always count in closed form.
+// `volgrad_line_optical_depth` is exact, and what the path sampler uses; this is for hosts that integrate in these ways.
+// `VOLGRAD_ERROR_RANGE` if the majorant (the greatest density on the way) makes more than a million evaluations likely.
+volgrad_status volgrad_line_transmittance_estimate(const struct volgrad_scene *scene,
+                                                   const struct volgrad_line *line,
+                                                   const struct volgrad_transmittance_options *options,
+                                                   uint64_t seed,
+                                                   uint64_t index,
+                                                   struct volgrad_transmittance_estimate *result);
 
 #ifdef __cplusplus
 }  // extern "C"

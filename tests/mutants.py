@@ -244,6 +244,42 @@ MUTANTS = [
         "bsdf.log_gradient(normal, to_x()?, to_other()?).1",
         "gradients profile",
     ),
+    # Estimators of transmittance, densities through callbacks.
+    Mutant(
+        "ratio tracking's gradient leaves no collision out",
+        "src/medium/estimators/ratio_tracking.rs",
+        "let before = self.transmittance;\n        self.multiply(weight);",
+        "self.multiply(weight);\n        let before = self.transmittance;",
+        "estimators ratio_tracking_is_unbiased",
+    ),
+    Mutant(
+        "ratio tracking's gradient knows no faces",
+        "src/medium/estimators/ratio_tracking.rs",
+        "t * across(direction, self.faces.first_moment[c])",
+        "0.0 * across(direction, self.faces.first_moment[c])",
+        "estimators ratio_tracking_is_unbiased",
+    ),
+    Mutant(
+        "the control density counts twice",
+        "src/medium/estimators/ratio_tracking.rs",
+        "(medium.density.at(x) - majorant.control)",
+        "medium.density.at(x)",
+        "estimators residual_ratio_tracking_is_unbiased",
+    ),
+    Mutant(
+        "a custom density's distances have the pdf of the true density",
+        "src/medium/mod.rs",
+        "Self::Custom(custom) => custom.along(stretch, t),",
+        "Self::Custom(custom) => custom.at(stretch.origin + t * stretch.direction),",
+        "custom_medium distances_are_sampled_exactly",
+    ),
+    Mutant(
+        "a custom density's panels depend on where the edge ends",
+        "src/medium/custom.rs",
+        "(f64::NEG_INFINITY, f64::INFINITY, 0, 0);",
+        "(stretch.start, stretch.end, 0, 0);",
+        "custom_medium tau_belongs_to_the_line",
+    ),
     # Exactness.
     Mutant(
         "numbers depend on the pixel only",

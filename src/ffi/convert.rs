@@ -13,7 +13,7 @@ use core::ffi::CStr;
 pub struct Place(pub &'static CStr, pub usize);
 
 impl Place {
-    fn number(self, value: f32, ok: impl Fn(f64) -> bool) -> Result<f64, Fault> {
+    pub fn number(self, value: f32, ok: impl Fn(f64) -> bool) -> Result<f64, Fault> {
         if !value.is_finite() {
             return Err(VOLGRAD_ERROR_NOT_FINITE.at(self.0, self.1));
         }
@@ -120,7 +120,7 @@ pub fn phase(p: &volgrad_phase, place: Place) -> Result<Phase, Fault> {
 
 /// The colours and phase function of medium `i`.
 pub fn medium(m: &volgrad_medium, i: usize) -> Result<(Colour, Colour, Phase), Fault> {
-    if !m.custom.is_null() {
+    if m.kind != VOLGRAD_MEDIUM_CUSTOM && !m.custom.is_null() {
         return Place(c"media: a reserved field", i).range();
     }
     Ok((

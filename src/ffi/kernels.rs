@@ -50,7 +50,7 @@ pub struct volgrad_flight {
 
 /// # Safety
 /// As the header says of the line.
-unsafe fn line<'a>(scene: &'a Scene<'a>, pointer: *const volgrad_line) -> Result<Line<'a>, Fault> {
+pub(super) unsafe fn line<'a>(scene: &'a Scene<'a>, pointer: *const volgrad_line) -> Result<Line<'a>, Fault> {
     // SAFETY: the caller's promise, here and below.
     let line = unsafe { reference(pointer) }?;
     let segments = unsafe { array(line.segments, line.segment_count as usize) }?;

@@ -6,6 +6,7 @@
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]
 
 mod convert;
+mod custom;
 mod films;
 #[cfg(feature = "exr")]
 mod images;
@@ -16,6 +17,7 @@ mod samplers;
 mod scenes;
 mod shifts;
 mod status;
+mod transmittance;
 mod types;
 
 pub use films::*;
@@ -27,4 +29,5 @@ pub use samplers::*;
 pub use scenes::*;
 pub use shifts::*;
 pub use status::*;
+pub use transmittance::*;
 pub use types::*;

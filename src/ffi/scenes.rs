@@ -1,6 +1,7 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
 use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
+use super::custom;
 use super::pointer::{array, check, output, reference, sized, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
@@ -128,8 +129,8 @@ pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, byt
 }
 
 /// Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
-/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids and environment
-/// maps are borrowed as long. Their bounds and sums are computed here, so this reads all of them once.
+/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids, custom densities and
+/// environment maps are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
 /// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_init(
@@ -247,6 +248,8 @@ fn medium(m: &volgrad_medium, i: usize, bricks: &mut &'static mut [Brick]) -> Re
     let density = match m.kind {
         VOLGRAD_MEDIUM_HOMOGENEOUS => Density::Homogeneous,
         VOLGRAD_MEDIUM_GRID => Density::Grid(grid(m, i, bricks)?),
+        // SAFETY: the header's contract: the description and what it refers to outlive the scene.
+        VOLGRAD_MEDIUM_CUSTOM => Density::Custom(unsafe { custom::density(m, i) }?),
         _ => return Err(VOLGRAD_ERROR_KIND.at(c"media.kind", i)),
     };
     Ok(Medium { sigma_t, albedo, phase, density })

@@ -92,6 +92,38 @@ pub struct volgrad_phase {
 
 pub const VOLGRAD_MEDIUM_HOMOGENEOUS: u32 = 0;
 pub const VOLGRAD_MEDIUM_GRID: u32 = 1;
+pub const VOLGRAD_MEDIUM_CUSTOM: u32 = 2;
+
+/// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
+/// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count as 0.
+pub type volgrad_density_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, points: *const Vec3, densities: *mut f32, count: u32)>;
+
+/// Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
+pub type volgrad_density_gradient_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, points: *const Vec3, gradients: *mut Vec3, count: u32)>;
+
+/// A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
+///
+/// The optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
+/// and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
+/// gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
+/// line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_custom_density {
+    /// `sizeof(volgrad_custom_density)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// Passed back as the callbacks' first argument.
+    pub user: *mut c_void,
+    pub density: volgrad_density_fn,
+    pub gradient: volgrad_density_gradient_fn,
+    /// World units, > 0; not below about a millionth of the box.
+    pub step: f32,
+    /// At least as large as every density in the box. Only ratio tracking uses it.
+    pub majorant: f32,
+}
 
 /// A participating medium: extinction `sigma_t * density(x)`, scattering `albedo *` that.
 #[repr(C)]
@@ -111,10 +143,10 @@ pub struct volgrad_medium {
     pub nx: u32,
     pub ny: u32,
     pub nz: u32,
-    /// Grid: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
+    /// Grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
     pub local_to_world: [f32; 12],
-    /// Reserved for callback media; NULL.
-    pub custom: *const c_void,
+    /// Custom: the density. Borrowed: must outlive the scene. NULL for other kinds.
+    pub custom: *const volgrad_custom_density,
 }
 
 pub const VOLGRAD_MATERIAL_DIFFUSE: u32 = 0;
@@ -252,5 +284,6 @@ const _: () = {
     assert!(size_of::<Vec3>() == 12 && size_of::<Rgb>() == 12 && size_of::<Segment>() == 20);
     assert!(size_of::<Vertex>() == 44 && size_of::<Ray>() == 36 && size_of::<Hit>() == 372);
     assert!(size_of::<volgrad_camera>() == 96 && size_of::<volgrad_phase>() == 8 && size_of::<volgrad_medium>() == 120);
+    assert!(size_of::<volgrad_custom_density>() == 40);
     assert!(size_of::<volgrad_material>() == 64 && size_of::<volgrad_light>() == 112 && size_of::<volgrad_path>() == 32);
 };

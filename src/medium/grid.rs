@@ -5,7 +5,7 @@
 
 use super::bricks::{BRICK_SIDE, Brick, brick_counts};
 use super::dda::{Dda, LatticeLine};
-use super::{Inversion, Moments, Stretch};
+use super::{Extent, Inversion, Moments, Stretch};
 use crate::math::{DAffine3, DMat3, DVec3, floor};
 use core::ops::ControlFlow;
 
@@ -117,6 +117,34 @@ impl<'a> Grid<'a> {
             None => sum.at_end = self.value_on(&line, clip.end),
         }
         sum
+    }
+
+    /// The part of the stretch inside the box, with the bounds of all bricks on the way (of all samples, if there are no bricks).
+    pub fn extent(&self, stretch: &Stretch) -> Option<Extent> {
+        let line = self.line(stretch);
+        let clip = self.clip(&line, stretch)?;
+        let normal = |axis: usize| self.gradient_to_world.col(axis);
+        let (mut min, mut max) = (f32::INFINITY, 0.0f32);
+        if self.bricks.is_empty() {
+            self.density.iter().for_each(|value| (min, max) = (min.min(*value), max.max(*value)));
+        }
+        let counts = brick_counts(self.size);
+        for step in Dda::new(&line, counts, f64::from(BRICK_SIDE), clip.start, clip.end) {
+            let [x, y, z] = step.cell;
+            if let Some(brick) = self.bricks.get(((z * counts[1] + y) * counts[0] + x) as usize) {
+                (min, max) = (min.min(brick.min), max.max(brick.max));
+            }
+        }
+        Some(Extent {
+            start: clip.start,
+            end: clip.end,
+            entry: clip.entry.map(normal),
+            exit: clip.exit.map(normal),
+            at_start: self.value_on(&line, clip.start),
+            at_end: self.value_on(&line, clip.end),
+            min: min.min(max).into(),
+            max: max.into(),
+        })
     }
 
     /// The jump of ρ by `sign`·ρ(t) at a face across `axis`: ∇ρ holds −(ρ_before − ρ_after) δ n/(n·direction).

@@ -1,11 +1,15 @@
 //! Participating media: extinction is a constant colour times a scalar density, so one density integral serves all channels.
 
 mod bricks;
+mod custom;
 mod dda;
+mod estimators;
 mod grid;
 mod tracking;
 
 pub use bricks::{BRICK_SIDE, Brick, brick_counts, build_bricks};
+pub use custom::{Custom, DensityField};
+pub use estimators::{Estimate, Estimator, estimate_transmittance};
 pub use grid::Grid;
 pub use tracking::{EdgeMoments, Flight, Line, NONE, Segment, distance_number, moments, optical_depth, sample_distance};
 
@@ -44,6 +48,7 @@ pub enum Density<'a> {
     /// 1 everywhere.
     Homogeneous,
     Grid(Grid<'a>),
+    Custom(Custom<'a>),
 }
 
 /// The stretch `origin + t·direction`, t ∈ [start, end], of a ray; `end` may be infinite.
@@ -70,6 +75,21 @@ pub struct Moments {
     pub at_end: f64,
 }
 
+/// The part of a stretch inside a density's box, and bounds of the density there.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    pub start: f64,
+    pub end: f64,
+    /// Normals, of any length, of the box's faces where the stretch enters and leaves it; None where the stretch itself begins or ends.
+    pub entry: Option<DVec3>,
+    pub exit: Option<DVec3>,
+    /// ρ just after the start and just before the end.
+    pub at_start: f64,
+    pub at_end: f64,
+    pub min: f64,
+    pub max: f64,
+}
+
 /// Where an integral of the density is used up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Inversion {
@@ -84,6 +104,7 @@ impl Density<'_> {
         match self {
             Self::Homogeneous => 1.0,
             Self::Grid(grid) => grid.at(x),
+            Self::Custom(custom) => custom.at(x),
         }
     }
 
@@ -92,6 +113,27 @@ impl Density<'_> {
         match self {
             Self::Homogeneous => DVec3::ZERO,
             Self::Grid(grid) => grid.gradient(x),
+            Self::Custom(custom) => custom.gradient(x),
+        }
+    }
+
+    /// The derivative of [`Density::integral`] at the distance `t`, which the density of a sampled distance is made of.
+    pub fn along(&self, stretch: &Stretch, t: f64) -> f64 {
+        match self {
+            Self::Custom(custom) => custom.along(stretch, t),
+            _ => self.at(stretch.origin + t * stretch.direction),
+        }
+    }
+
+    /// Where along the stretch the density can be other than 0. None: nowhere.
+    pub fn extent(&self, stretch: &Stretch) -> Option<Extent> {
+        match self {
+            Self::Homogeneous => {
+                let Stretch { start, end, .. } = *stretch;
+                Some(Extent { start, end, entry: None, exit: None, at_start: 1.0, at_end: 1.0, min: 1.0, max: 1.0 })
+            }
+            Self::Grid(grid) => grid.extent(stretch),
+            Self::Custom(custom) => custom.extent(stretch),
         }
     }
 
@@ -99,6 +141,7 @@ impl Density<'_> {
         match self {
             Self::Homogeneous => stretch.end - stretch.start,
             Self::Grid(grid) => grid.integral(stretch),
+            Self::Custom(custom) => custom.integral(stretch),
         }
     }
 
@@ -108,6 +151,7 @@ impl Density<'_> {
                 Moments { integral: stretch.end - stretch.start, at_start: 1.0, at_end: 1.0, ..Moments::default() }
             }
             Self::Grid(grid) => grid.moments(stretch),
+            Self::Custom(custom) => custom.moments(stretch),
         }
     }
 
@@ -119,6 +163,7 @@ impl Density<'_> {
             }
             Self::Homogeneous => Inversion::Beyond(stretch.end - stretch.start),
             Self::Grid(grid) => grid.invert(stretch, target),
+            Self::Custom(custom) => custom.invert(stretch, target),
         }
     }
 }

@@ -78,12 +78,12 @@ impl<'a> Line<'a> {
         Self { media, origin, direction, start: 0.0, start_normal: DVec3::ZERO, segments_start: 0.0, length, segments }
     }
 
-    fn medium(&self, index: u32) -> Option<&'a Medium<'a>> {
+    pub(super) fn medium(&self, index: u32) -> Option<&'a Medium<'a>> {
         self.media.get(index as usize)
     }
 
     /// The stretches in order, empty ones left out.
-    fn stretches(&self) -> impl Iterator<Item = (Stretch, &'a Segment)> + use<'a> {
+    pub(super) fn stretches(&self) -> impl Iterator<Item = (Stretch, &'a Segment)> + use<'a> {
         let Self { origin, direction, start, segments_start, length, segments, .. } = *self;
         let last = segments.len().wrapping_sub(1);
         let mut begin = start;
@@ -110,7 +110,7 @@ pub fn optical_depth(line: &Line) -> Colour {
 }
 
 /// σ·integral, where no extinction over an infinite distance is none.
-fn scaled(sigma: Colour, integral: f64) -> Colour {
+pub(super) fn scaled(sigma: Colour, integral: f64) -> Colour {
     Colour::select(sigma.cmpgt(Colour::ZERO), sigma * integral, Colour::ZERO)
 }
 
@@ -140,7 +140,7 @@ pub fn moments(line: &Line) -> EdgeMoments {
 }
 
 /// A face crossed at distance `t`, σ_t jumping from `before` to `after`: −(σ₁ − σ₂) n/(n·direction).
-fn add_face(sum: &mut EdgeMoments, direction: DVec3, t: f64, normal: DVec3, before: Colour, after: Colour) {
+pub(super) fn add_face(sum: &mut EdgeMoments, direction: DVec3, t: f64, normal: DVec3, before: Colour, after: Colour) {
     if before == after {
         return;
     }
@@ -162,8 +162,7 @@ pub fn sample_distance(line: &Line, u: f64) -> Flight {
         match medium.density.invert(&stretch, target) {
             Inversion::At(t) => {
                 optical_depth += scaled(medium.sigma_t, target);
-                let x = line.origin + t * line.direction;
-                let pdf = mean(medium.sigma_t(x) * transmittance(optical_depth));
+                let pdf = mean(medium.sigma_t * medium.density.along(&stretch, t) * transmittance(optical_depth));
                 return Flight::Collision { t, medium: segment.medium, optical_depth, pdf };
             }
             Inversion::Beyond(integral) => optical_depth += scaled(medium.sigma_t, integral),

@@ -7,5 +7,5 @@ mod primary;
 mod record;
 
 pub use path_tracer::{Options, PathTracer, Stats};
-pub use primary::{PrimarySample, RandomNumbers, SLOTS, Slot, VertexNumbers, shift_numbers, tile_numbers};
+pub use primary::{PrimarySample, RandomNumbers, SLOTS, Slot, VertexNumbers, line_numbers, shift_numbers, tile_numbers};
 pub use record::Record;

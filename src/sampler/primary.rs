@@ -55,6 +55,7 @@ const PATH: u64 = 0;
 const SHIFT: u64 = 1;
 const PLACE: u64 = 2;
 const TILES: u64 = 3;
+const LINE: u64 = 4;
 
 /// 2³²/φ and 2³²/φ², where φ³ = φ + 1: multiples of these, modulo 2³², fill the unit square evenly.
 /// Source: M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018 (R₂).
@@ -90,6 +91,12 @@ pub fn shift_numbers(seed: u64, pass: u64, pixel: u32) -> impl FnMut() -> f64 {
 pub fn tile_numbers(seed: u64, pass: u64) -> [u32; 2] {
     let mut rng = stream(seed, pass, 0, TILES);
     [rng.next_u32(), rng.next_u32()]
+}
+
+/// Uniform numbers for estimate number `index` along a line.
+pub fn line_numbers(seed: u64, index: u64) -> impl FnMut() -> f64 {
+    let mut rng = stream(seed, index, 0, LINE);
+    move || uniform(rng.next_u32())
 }
 
 /// A generator whose state mixes seed, pass, pixel and purpose, on an increment of its own per pixel and purpose.

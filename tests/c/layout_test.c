@@ -21,6 +21,7 @@ SIZE(volgrad_medium, 120);
 OFFSET(volgrad_medium, density, 40);
 OFFSET(volgrad_medium, local_to_world, 60);
 OFFSET(volgrad_medium, custom, 112);
+SIZE(volgrad_custom_density, 40);
 SIZE(volgrad_material, 64);
 OFFSET(volgrad_material, eta, 20);
 OFFSET(volgrad_material, custom, 56);
@@ -40,6 +41,8 @@ OFFSET(volgrad_hit, normal, 20);
 OFFSET(volgrad_hit, segments, 52);
 SIZE(volgrad_line, 40);
 SIZE(volgrad_splat, 20);
+SIZE(volgrad_transmittance_options, 16);
+SIZE(volgrad_transmittance_estimate, 88);
 SIZE(volgrad_shift_options, 24);
 SIZE(volgrad_path_sampler_options, 48);
 

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The C program in README.md and examples_c/path_gradient.c compile as given and print what they should.
+# The C program in README.md and the small ones in examples_c/ compile as given and print what they should.
 # Usage: [CC=cc] [LIBRARY=build/libvolgrad.a] readme_example.sh
 set -eu
 cd "$(dirname "$0")/../.."
@@ -29,5 +29,7 @@ sed -n '/^```c$/,/^```$/p' README.md | sed '1d;$d' >"$work/readme.c"
 # By hand: 2/d towards the lamp and 1 of its fog along y; along z 1 of the camera's fog and 2/d of that edge.
 build_and_run c11 "$work/readme.c" '^gradient of log f: 0 2 -1.66667$'
 build_and_run c99 examples_c/path_gradient.c '^( 0.00,  0.00,  0.00)       1.0000           1.0000$'
+# The exact optical depth is 3.6053.
+build_and_run c99 examples_c/custom_medium.c '^step 0.05:      optical depth 3.601'
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
