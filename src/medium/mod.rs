@@ -1,13 +1,18 @@
 //! Participating media: extinction is a constant colour times a scalar density, so one density integral serves all channels.
 
 mod bricks;
+mod cell;
 mod dda;
 mod grid;
 mod tracking;
+mod walk;
 
 pub use bricks::{BRICK_SIDE, Brick, brick_counts, build_bricks};
 pub use grid::Grid;
-pub use tracking::{EdgeMoments, Flight, Line, NONE, Segment, distance_number, moments, optical_depth, sample_distance};
+pub use tracking::{
+    EdgeMoments, Flight, Line, NONE, Segment, distance_number, moments, optical_depth, sample_distance,
+    sample_distance_with_moments,
+};
 
 use crate::math::{Colour, DVec3};
 use crate::phase::Phase;
@@ -102,6 +107,18 @@ impl Density<'_> {
                 Moments { integral: stretch.end - stretch.start, at_start: 1.0, at_end: 1.0, ..Moments::default() }
             }
             Self::Grid(grid) => grid.moments(stretch),
+        }
+    }
+
+    /// The same as `invert`, and the moments up to where it ends.
+    pub fn invert_with_moments(&self, stretch: &Stretch, target: f64) -> (Inversion, Moments) {
+        match self {
+            Self::Homogeneous => {
+                let found = self.invert(stretch, target);
+                let end = if let Inversion::At(t) = found { t } else { stretch.end };
+                (found, self.moments(&Stretch { end, ..*stretch }))
+            }
+            Self::Grid(grid) => grid.invert_with_moments(stretch, target),
         }
     }
 
