@@ -3,7 +3,7 @@
 //! Inside, everything is f64: optical depths cancel, path contributions grow, and a distance must survive u → t → u.
 //! Single precision appears where values cross to the host (`Vec3`, `Rgb`).
 
-pub use glam::{DAffine3, DMat3, DVec2, DVec3};
+pub use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 pub use libm::{acos, atan2, cbrt, cos, exp, expm1, floor, log1p, sin, sqrt};
 
 use core::f64::consts::PI;

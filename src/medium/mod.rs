@@ -1,17 +1,22 @@
 //! Participating media: extinction is a constant colour times a scalar density, so one density integral serves all channels.
 
 mod bricks;
+mod cell;
 mod custom;
 mod dda;
 mod estimators;
 mod grid;
 mod tracking;
+mod walk;
 
 pub use bricks::{BRICK_SIDE, Brick, brick_counts, build_bricks};
 pub use custom::{Custom, DensityField};
 pub use estimators::{Estimate, Estimator, estimate_transmittance};
 pub use grid::Grid;
-pub use tracking::{EdgeMoments, Flight, Line, NONE, Segment, distance_number, moments, optical_depth, sample_distance};
+pub use tracking::{
+    EdgeMoments, Flight, Line, NONE, Segment, collision_pdf, distance_number, moments, optical_depth, sample_distance,
+    sample_distance_with_moments,
+};
 
 use crate::math::{Colour, DVec3};
 use crate::phase::Phase;
@@ -152,6 +157,18 @@ impl Density<'_> {
             }
             Self::Grid(grid) => grid.moments(stretch),
             Self::Custom(custom) => custom.moments(stretch),
+        }
+    }
+
+    /// The same as `invert`, and the moments up to where it ends.
+    pub fn invert_with_moments(&self, stretch: &Stretch, target: f64) -> (Inversion, Moments) {
+        match self {
+            Self::Grid(grid) => grid.invert_with_moments(stretch, target),
+            _ => {
+                let found = self.invert(stretch, target);
+                let end = if let Inversion::At(t) = found { t } else { stretch.end };
+                (found, self.moments(&Stretch { end, ..*stretch }))
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! Optical depth, its gradients, and distance sampling along an edge that crosses several media.
 
-use super::{Inversion, Medium, Stretch};
+use super::{Inversion, Medium, Moments, Stretch};
 use crate::math::{Colour, DVec3, Vec3, absorptance, log1p, mean, transmittance};
 
 /// "None" wherever an index is expected: no medium (vacuum), no light.
@@ -116,27 +116,39 @@ pub(super) fn scaled(sigma: Colour, integral: f64) -> Colour {
 
 /// τ and what its gradients at both ends need.
 pub fn moments(line: &Line) -> EdgeMoments {
-    let mut sum = EdgeMoments::default();
-    // σ_t on this side of the next face, and the face.
-    let (mut before, mut face) = (Colour::ZERO, line.start_normal);
-    let mut open = line.start > 0.0;
+    let mut sum = Sum::new(line);
     for (stretch, segment) in line.stretches() {
-        let (mut at_start, mut at_end) = (Colour::ZERO, Colour::ZERO);
-        if let Some(medium) = line.medium(segment.medium) {
-            let m = medium.density.moments(&stretch);
-            sum.optical_depth += scaled(medium.sigma_t, m.integral);
-            for c in 0..3 {
-                sum.gradient[c] += medium.sigma_t[c] * m.gradient;
-                sum.first_moment[c] += medium.sigma_t[c] * m.first_moment;
-            }
-            (at_start, at_end) = (medium.sigma_t * m.at_start, medium.sigma_t * m.at_end);
-        }
-        if open {
-            add_face(&mut sum, line.direction, stretch.start, face, before, at_start);
-        }
-        (before, face, open) = (at_end, segment.normal.wide(), true);
+        let medium = line.medium(segment.medium);
+        sum.add(line, stretch.start, segment, medium, &medium.map_or_else(Moments::default, |m| m.density.moments(&stretch)));
     }
-    sum
+    sum.moments
+}
+
+/// Adds up stretch by stretch.
+struct Sum {
+    moments: EdgeMoments,
+    /// The face before the next stretch, if there is one, and σ_t before it.
+    face: Option<(DVec3, Colour)>,
+}
+
+impl Sum {
+    fn new(line: &Line) -> Self {
+        Self { moments: EdgeMoments::default(), face: (line.start > 0.0).then_some((line.start_normal, Colour::ZERO)) }
+    }
+
+    /// A stretch from `start`, of which `m` are the moments.
+    fn add(&mut self, line: &Line, start: f64, segment: &Segment, medium: Option<&Medium>, m: &Moments) {
+        let sigma_t = medium.map_or(Colour::ZERO, |medium| medium.sigma_t);
+        self.moments.optical_depth += scaled(sigma_t, m.integral);
+        for c in 0..3 {
+            self.moments.gradient[c] += sigma_t[c] * m.gradient;
+            self.moments.first_moment[c] += sigma_t[c] * m.first_moment;
+        }
+        if let Some((normal, before)) = self.face {
+            add_face(&mut self.moments, line.direction, start, normal, before, sigma_t * m.at_start);
+        }
+        self.face = Some((segment.normal.wide(), sigma_t * m.at_end));
+    }
 }
 
 /// A face crossed at distance `t`, σ_t jumping from `before` to `after`: −(σ₁ − σ₂) n/(n·direction).
@@ -162,13 +174,44 @@ pub fn sample_distance(line: &Line, u: f64) -> Flight {
         match medium.density.invert(&stretch, target) {
             Inversion::At(t) => {
                 optical_depth += scaled(medium.sigma_t, target);
-                let pdf = mean(medium.sigma_t * medium.density.along(&stretch, t) * transmittance(optical_depth));
-                return Flight::Collision { t, medium: segment.medium, optical_depth, pdf };
+                return collision(&stretch, t, segment.medium, medium, optical_depth);
             }
             Inversion::Beyond(integral) => optical_depth += scaled(medium.sigma_t, integral),
         }
     }
     Flight::Passed { optical_depth, probability: mean(transmittance(optical_depth)) }
+}
+
+/// The same as [`sample_distance`], and the moments of what was flown: up to the collision, or to the end.
+pub fn sample_distance_with_moments(line: &Line, u: f64) -> (Flight, EdgeMoments) {
+    let mut sum = Sum::new(line);
+    for (stretch, segment) in line.stretches() {
+        let Some(medium) = line.medium(segment.medium) else {
+            sum.add(line, stretch.start, segment, None, &Moments::default());
+            continue;
+        };
+        let target = density_until(sum.moments.optical_depth, medium.sigma_t, u);
+        let (found, moments) = medium.density.invert_with_moments(&stretch, target);
+        sum.add(line, stretch.start, segment, Some(medium), &moments);
+        if let Inversion::At(t) = found {
+            return (collision(&stretch, t, segment.medium, medium, sum.moments.optical_depth), sum.moments);
+        }
+    }
+    let optical_depth = sum.moments.optical_depth;
+    (Flight::Passed { optical_depth, probability: mean(transmittance(optical_depth)) }, sum.moments)
+}
+
+fn collision(stretch: &Stretch, t: f64, index: u32, medium: &Medium, optical_depth: Colour) -> Flight {
+    let pdf = mean(medium.sigma_t * medium.density.along(stretch, t) * transmittance(optical_depth));
+    Flight::Collision { t, medium: index, optical_depth, pdf }
+}
+
+/// The density with which [`sample_distance`] makes a collision at the end of a finite line, whose optical depth is given.
+pub fn collision_pdf(line: &Line, optical_depth: Colour) -> f64 {
+    let last = line.stretches().last().and_then(|(stretch, segment)| Some((stretch, line.medium(segment.medium)?)));
+    last.map_or(0.0, |(stretch, medium)| {
+        mean(medium.sigma_t * medium.density.along(&stretch, line.length) * transmittance(optical_depth))
+    })
 }
 
 /// The uniform number from which [`sample_distance`] makes a collision at the end of `line`.

@@ -4,7 +4,7 @@ use super::kernel::{Kernel, MAX_SHIFTS, Mode, Options};
 use super::run::{Place, Progress, Shiftable, volume_to_image};
 use super::tile::{Tile, Tiling, collision_probability};
 use crate::math::{Colour, DVec3, absorptance, mean, transmittance};
-use crate::medium::{Flight, sample_distance};
+use crate::medium::{Flight, collision_pdf, sample_distance};
 use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
 
 /// What chance has to say about a batch.
@@ -119,8 +119,8 @@ pub(super) fn place_on_rays<'m>(scene: &Scene, path: &Shiftable, tile: &Tile, me
     let first = path.first();
     let own = tile.view(path.image.pixel);
     let share = own.map_or(0.0, |view| mean(absorptance(first.depth.at_x)) / collision_probability(view));
-    let sigma_t = scene.medium(first.place.medium()).map_or(Colour::ZERO, |medium| medium.sigma_t(first.x));
-    let density = mean(sigma_t * transmittance(first.depth.at_x)) * volume_to_image(&scene.camera, &path.image);
+    let pdf = own.map_or(0.0, |view| collision_pdf(&view.line(scene, path.image.distance), first.depth.at_x));
+    let density = pdf * volume_to_image(&scene.camera, &path.image);
     let own_spread = own.map_or(0.0, |view| collision_probability(view) / density);
     let reached = |view: &View| {
         if first.place.is_surface() {

@@ -1,0 +1,248 @@
+//! The way of a line through a grid: constant bricks in one step, others cell by cell.
+
+use super::Moments;
+use super::bricks::{BRICK_SIDE, Brick, brick_counts};
+use super::cell::{Chord, Corners, TwinLine};
+use super::dda::{Dda, Lattice, LatticeLine};
+use crate::math::DVec3;
+use core::ops::ControlFlow;
+
+/// The samples of a grid, x fastest, and their bricks or none.
+///
+/// In *lattice coordinates* sample i lies at i + 1, so that the unit cells [c, c+1), c = 0…n, tile the box [½, n + ½].
+#[derive(Clone, Copy, Debug)]
+pub struct Samples<'a> {
+    density: &'a [f32],
+    bricks: &'a [Brick],
+    pub size: [i32; 3],
+    cell_lattice: Lattice,
+    brick_lattice: Lattice,
+}
+
+/// The stretch of a line that is inside the box.
+pub struct Inside {
+    pub start: f64,
+    pub end: f64,
+}
+
+/// What is added up on the way. Break(t) ends it.
+pub trait Visitor {
+    fn constant(&mut self, density: f64, start: f64, end: f64) -> ControlFlow<f64>;
+    fn cell(&mut self, line: &TwinLine, chord: &Chord) -> ControlFlow<f64>;
+}
+
+/// Cells that are looked up together.
+const BATCH: usize = 32;
+
+/// Bricks of which cells are looked up together: they have about a batch.
+const BRICKS_IN_A_ROW: usize = 4;
+
+impl<'a> Samples<'a> {
+    /// As many samples and bricks as there have to be, in 32 bits.
+    pub fn new(density: &'a [f32], size: [i32; 3], bricks: &'a [Brick]) -> Self {
+        let [nx, ny, _] = size.map(f64::from);
+        let [bx, by, _] = brick_counts(size).map(f64::from);
+        Self {
+            density,
+            bricks,
+            size,
+            // Cell (1, 1, 1) starts at sample 0.
+            cell_lattice: Lattice::new(1, size.map(|n| n + 1), -(1.0 + nx + nx * ny), DVec3::new(1.0, nx, nx * ny)),
+            brick_lattice: Lattice::new(BRICK_SIDE, brick_counts(size), 0.0, DVec3::new(1.0, bx, bx * by)),
+        }
+    }
+
+    #[inline(always)]
+    pub fn walk(&self, line: &LatticeLine, inside: &Inside, visitor: &mut impl Visitor) -> ControlFlow<f64> {
+        let core = self.core(line, inside);
+        let twin = TwinLine::new(line);
+        let mut batch = [Chord::default(); BATCH];
+        let mut bricks = Dda::new(line, &self.brick_lattice, inside.start, inside.end);
+        // Up to here everything is visited: to the next brick, or by a rounding further.
+        let mut done = inside.start;
+        let mut cells = None;
+        while done < inside.end && bricks.t < inside.end {
+            if let Some(density) = self.constant(&bricks) {
+                bricks.advance();
+                if density > 0.0 && done < bricks.t {
+                    visitor.constant(density, done, bricks.t)?;
+                }
+                (done, cells) = (bricks.t, None);
+                continue;
+            }
+            for _ in 0..BRICKS_IN_A_ROW {
+                bricks.advance();
+                if !(bricks.t < inside.end) || self.constant(&bricks).is_some() {
+                    break;
+                }
+            }
+            let cells = cells.get_or_insert_with(|| Dda::new(line, &self.cell_lattice, done, inside.end));
+            while cells.t < bricks.t {
+                for chord in self.gather(&core, cells, bricks.t, &mut batch) {
+                    visitor.cell(&twin, chord)?;
+                }
+            }
+            done = cells.t;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Of all bricks on the way; of all samples, if there are no bricks.
+    pub fn bounds(&self, line: &LatticeLine, inside: &Inside) -> Brick {
+        let mut bounds = Brick { min: f32::INFINITY, max: 0.0 };
+        let mut add = |min: f32, max: f32| bounds = Brick { min: bounds.min.min(min), max: bounds.max.max(max) };
+        if self.bricks.is_empty() {
+            self.density.iter().for_each(|value| add(*value, *value));
+        }
+        let mut bricks = Dda::new(line, &self.brick_lattice, inside.start, inside.end);
+        while bricks.t < inside.end {
+            if let Some(brick) = self.bricks.get(bricks.index()) {
+                add(brick.min, brick.max);
+            }
+            bricks.advance();
+        }
+        Brick { min: bounds.min.min(bounds.max), ..bounds }
+    }
+
+    /// The density of the brick that a walk comes to, if it is the same all over it.
+    #[inline(always)]
+    fn constant(&self, bricks: &Dda) -> Option<f64> {
+        let brick = self.bricks.get(bricks.index())?;
+        (brick.min == brick.max).then(|| brick.min.into())
+    }
+
+    /// The cells that `cells` passes until `until`, as many as fit in `chords`. Here every step depends on the one before it, and on
+    /// memory; what is done with the chords are long sums that do not. Apart, both keep the processor busy.
+    #[inline(never)]
+    fn gather<'c>(&self, core: &Inside, cells: &mut Dda, until: f64, chords: &'c mut [Chord; BATCH]) -> &'c [Chord] {
+        let mut dda = *cells;
+        let mut count = 0;
+        for chord in chords.iter_mut() {
+            if !(dda.t < until) {
+                break;
+            }
+            let (cell, index) = (dda.cell, dda.index());
+            chord.start = dda.t;
+            dda.advance();
+            chord.end = dda.t;
+            (chord.x, chord.y, chord.z) = (cell.x, cell.y, cell.z);
+            if chord.start >= core.start && chord.end <= core.end {
+                self.read_inner_corners(index, &mut chord.corners);
+            } else {
+                chord.corners = self.corners([cell.x as i32, cell.y as i32, cell.z as i32]);
+            }
+            count += 1;
+        }
+        *cells = dda;
+        chords.get(..count).unwrap_or(&[])
+    }
+
+    /// The part of a line where no cell reaches beyond the outermost samples.
+    fn core(&self, line: &LatticeLine, inside: &Inside) -> Inside {
+        let none = Inside { start: f64::INFINITY, end: f64::NEG_INFINITY };
+        let mut core = Inside { ..*inside };
+        let low = DVec3::ONE;
+        let high = DVec3::from_array(self.size.map(f64::from));
+        let (a, b) = (line.crossings(low), line.crossings(high));
+        for axis in 0..3 {
+            if !line.is_parallel(axis) {
+                core.start = core.start.max(a[axis].min(b[axis]));
+                core.end = core.end.min(a[axis].max(b[axis]));
+            } else if !(line.origin[axis] >= low[axis] && line.origin[axis] < high[axis]) {
+                return none;
+            }
+        }
+        core
+    }
+
+    /// The eight samples around a cell, those outside the box repeated from its border.
+    #[inline(never)]
+    pub fn corners(&self, cell: [i32; 3]) -> Corners {
+        let below = |axis: usize| (cell[axis] - 1).max(0) as usize;
+        let above = |axis: usize| cell[axis].min(self.size[axis] - 1) as usize;
+        let [nx, ny, _] = self.size.map(|n| n as usize);
+        let sample = |x: usize, y: usize, z: usize| self.density.get((z * ny + y) * nx + x).copied().unwrap_or(0.0);
+        let pair = |y: usize, z: usize| [sample(below(0), y, z), sample(above(0), y, z)];
+        Corners([[pair(below(1), below(2)), pair(above(1), below(2))], [pair(below(1), above(2)), pair(above(1), above(2))]])
+    }
+
+    /// The same for a cell whose samples are all there, the first of them at `index`.
+    #[inline(always)]
+    fn read_inner_corners(&self, index: usize, corners: &mut Corners) {
+        // As u32: the compiler then knows that no sum overflows, and from the one comparison that all pairs are there.
+        let (row, plane) = (self.size[0] as u32 as usize, (self.size[0] * self.size[1]) as u32 as usize);
+        if index + row + plane + 2 > self.density.len() {
+            *corners = Corners::default();
+            return;
+        }
+        let [[p00, p01], [p10, p11]] = &mut corners.0;
+        for (pair, first) in [(p00, index), (p01, index + row), (p10, index + plane), (p11, index + row + plane)] {
+            if let Some([a, b]) = self.density.get(first..first + 2) {
+                *pair = [*a, *b];
+            }
+        }
+    }
+}
+
+/// ∫ ρ dt until it is `target`.
+pub struct Until {
+    pub total: f64,
+    pub target: f64,
+}
+
+impl Visitor for Until {
+    fn constant(&mut self, density: f64, start: f64, end: f64) -> ControlFlow<f64> {
+        let here = density * (end - start);
+        if self.total + here >= self.target {
+            return ControlFlow::Break((start + (self.target - self.total) / density).clamp(start, end));
+        }
+        self.total += here;
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn cell(&mut self, line: &TwinLine, chord: &Chord) -> ControlFlow<f64> {
+        let here = chord.integral(line, chord.end);
+        if here > 0.0 && self.total + here >= self.target {
+            return ControlFlow::Break(chord.solve(line, self.target - self.total, here));
+        }
+        self.total += here;
+        ControlFlow::Continue(())
+    }
+}
+
+/// All integrals until that of ρ is `target`.
+pub struct MomentsUntil {
+    pub sum: Moments,
+    pub target: f64,
+}
+
+impl MomentsUntil {
+    #[inline(always)]
+    fn add(&mut self, m: &Moments) {
+        self.sum.integral += m.integral;
+        self.sum.gradient += m.gradient;
+        self.sum.first_moment += m.first_moment;
+    }
+}
+
+impl Visitor for MomentsUntil {
+    fn constant(&mut self, density: f64, start: f64, end: f64) -> ControlFlow<f64> {
+        let mut until = Until { total: self.sum.integral, target: self.target };
+        let flow = until.constant(density, start, end);
+        self.sum.integral = if flow.is_break() { self.target } else { until.total };
+        flow
+    }
+
+    #[inline(always)]
+    fn cell(&mut self, line: &TwinLine, chord: &Chord) -> ControlFlow<f64> {
+        let whole = chord.moments(line, chord.end);
+        if whole.integral > 0.0 && self.sum.integral + whole.integral >= self.target {
+            let t = chord.solve(line, self.target - self.sum.integral, whole.integral);
+            self.add(&chord.moments(line, t));
+            return ControlFlow::Break(t);
+        }
+        self.add(&whole);
+        ControlFlow::Continue(())
+    }
+}
