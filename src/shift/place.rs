@@ -3,7 +3,7 @@
 use super::kernel::{Kernel, MAX_SHIFTS, Mode, Options};
 use super::run::{Place, Progress, Shiftable, volume_to_image};
 use super::tile::{Tile, Tiling, collision_probability};
-use crate::math::{Colour, DVec3, absorptance, mean, transmittance};
+use crate::math::{DVec3, absorptance, mean};
 use crate::medium::{Flight, collision_pdf, sample_distance};
 use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
 
