@@ -14,8 +14,8 @@ pub use custom::{Custom, DensityField};
 pub use estimators::{Estimate, Estimator, estimate_transmittance};
 pub use grid::Grid;
 pub use tracking::{
-    EdgeMoments, Flight, Line, NONE, Segment, collision_pdf, distance_number, moments, optical_depth, sample_distance,
-    sample_distance_with_moments,
+    EdgeMoments, Flight, Line, NONE, Segment, collision_pdf, distance_number, moments, optical_depth, optical_depth_or_dark,
+    sample_distance, sample_distance_with_moments,
 };
 
 use crate::math::{Colour, DVec3};

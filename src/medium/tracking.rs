@@ -109,6 +109,23 @@ pub fn optical_depth(line: &Line) -> Colour {
     total
 }
 
+/// Beyond this optical depth less than 2⁻⁶⁴ arrives, the film's least bit for light of radiance 1.
+pub const NEGLIGIBLE_DEPTH: f64 = 44.4;
+
+/// τ of the whole line, or infinity as soon as it is known to be beyond [`NEGLIGIBLE_DEPTH`] in all channels: the rest is not looked at.
+pub fn optical_depth_or_dark(line: &Line) -> Colour {
+    let mut total = Colour::ZERO;
+    for (stretch, segment) in line.stretches() {
+        let Some(medium) = line.medium(segment.medium) else { continue };
+        let left = (Colour::splat(NEGLIGIBLE_DEPTH) - total) / medium.sigma_t;
+        match medium.density.invert(&stretch, left.max_element().max(0.0)) {
+            Inversion::Beyond(integral) => total += scaled(medium.sigma_t, integral),
+            Inversion::At(_) => return Colour::INFINITY,
+        }
+    }
+    total
+}
+
 /// σ·integral, where no extinction over an infinite distance is none.
 pub(super) fn scaled(sigma: Colour, integral: f64) -> Colour {
     Colour::select(sigma.cmpgt(Colour::ZERO), sigma * integral, Colour::ZERO)

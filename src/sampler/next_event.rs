@@ -3,7 +3,7 @@
 use super::interaction::Interaction;
 use super::primary::{Slot, VertexNumbers, number, pair};
 use crate::math::{Colour, DVec3, mean, transmittance};
-use crate::medium::{Line, optical_depth};
+use crate::medium::{Line, optical_depth_or_dark};
 use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, LightSample, Queries, Ray, Scene, Stop};
 use crate::shift::Next;
 
@@ -106,7 +106,7 @@ pub fn sample(
         _ => return Err(Stop::InvalidHit),
     }
     let line = Line::new(scene.media, vertex.position, direction, distance, hit.media());
-    let optical_depth = optical_depth(&line);
+    let optical_depth = optical_depth_or_dark(&line);
     let transmittance = transmittance(optical_depth);
     // The balance heuristic against finding the light by going on: both densities per unit of the light's own measure.
     let going_on = if aim.rival { survival * vertex.pdf(direction) * mean(transmittance) * geometry } else { 0.0 };

@@ -9,7 +9,7 @@ use crate::film::Film;
 use crate::math::{Colour, DVec2, DVec3, absorptance, mean, transmittance};
 use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
 use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, View, surface_epsilon};
-use crate::shift::{self, BatchStats, Bounds, Draw, Next, Place, Tile, Tiling, volume_to_image};
+use crate::shift::{self, BatchStats, Bounds, Draw, Next, Place, Scratch, Tile, Tiling, volume_to_image};
 use core::ops::Range;
 
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +65,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
             Tiling::new(camera, options.tile_side(), numbers)
         });
         let mut tile: Option<(Bounds, Tile)> = None;
+        let mut scratch = Scratch::default();
         for index in pixels {
             let (x, y) = tiling.map_or((x0 + index % width, y0 + index / width), |tiling| tiling.pixel(index));
             let pixel = (y - y0) * width + x - x0;
@@ -85,7 +86,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
             let plain = record.plain;
             if let (Some(options), Some(shiftable)) = (&shift, record.finish()) {
                 let draw = Draw { tiles: tile_numbers(seed, pass), random: shift_numbers(seed, pass, pixel) };
-                let batch = shift::shift(self.scene, self.queries, options, &shiftable, tile, draw, |p, c| film.add(p, c))?;
+                let batch = scratch.shift(self.scene, self.queries, options, &shiftable, tile, draw, |p, c| film.add(p, c))?;
                 stats.add_batch(&batch);
             }
             // All of a path or nothing: a callback can stop the shifts, but only before their first splat.
@@ -278,6 +279,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             next: Next::Point { position, normal: None },
             place: Some(Place::Medium(index)),
             connects: true,
+            emits: false,
             sigma_s,
             phase: Some(medium.phase),
         };
@@ -307,6 +309,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             next: bsdf.map_or(Next::Direction(self.direction), |_| Next::Point { position, normal: Some(normal) }),
             place: bsdf.and_then(|bsdf| Place::on_surface(bsdf, &hit, self.direction)),
             connects: bsdf.is_none_or(Bsdf::is_lambertian),
+            emits: hit.kind == HIT_SURFACE && hit.light != NONE,
             sigma_s: Colour::ONE,
             phase: None,
         };

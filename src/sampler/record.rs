@@ -19,8 +19,8 @@ enum Stage {
     Run,
     /// On the way from the run's last vertex, in a direction of this density.
     Leaving { pdf: f64 },
-    /// At the vertex after the run; its phase function if in a medium.
-    Next { phase: Option<Phase> },
+    /// At the vertex after the run; its phase function if in a medium, and whether a link may end there for what scatters.
+    Next { phase: Option<Phase>, connects: bool },
     /// Beyond: the unit vector onwards from the vertex where the link ends, and whether it passes a phase function there.
     Beyond { onwards: DVec3, wing: bool },
 }
@@ -53,6 +53,8 @@ pub struct Arrival<'a> {
     pub place: Option<Place>,
     /// Whether what scatters there does not depend on where light goes, but for a phase function: then a run may end before.
     pub connects: bool,
+    /// Whether it is a light. Next-event estimation finds the same light, so that a run may end before it, whatever scatters there.
+    pub emits: bool,
     /// 1 but in a medium.
     pub sigma_s: Colour,
     pub phase: Option<Phase>,
@@ -88,7 +90,7 @@ impl Record {
                 if self.extend(arrival) {
                     self.rest /= pdf * arrival.density;
                     self.stage = Stage::Run;
-                } else if arrival.connects {
+                } else if arrival.connects || arrival.emits {
                     self.leave(pdf, arrival);
                 } else {
                     self.leave_before_last(pdf, arrival);
@@ -122,7 +124,7 @@ impl Record {
         self.rest *= arrival.sigma_s / (arrival.density * pdf * geometry);
         let link = Link { next: arrival.next, depth };
         path.onwards = Some(Onwards::new(link, path.run().len() - 1, arrival.phase.unwrap_or_default()));
-        self.stage = Stage::Next { phase: arrival.phase };
+        self.stage = Stage::Next { phase: arrival.phase, connects: arrival.connects };
     }
 
     /// The path meets a surface that no link may end at: the run's last vertex cannot move, but the ones before it can, and connect to it.
@@ -183,13 +185,13 @@ impl Record {
                     vertex.light = Some((Link { next: event.next, depth }, rest));
                 }
             }
-            Stage::Next { phase: Some(_) } => {
+            Stage::Next { phase: Some(_), .. } => {
                 let rest = self.rest * event.emitted * event.transmittance * event.geometry;
                 if let Some(onwards) = self.onwards() {
                     onwards.add_wing(event.direction, rest);
                 }
             }
-            Stage::Next { phase: None } => self.add_plain(self.rest * event.received()),
+            Stage::Next { connects: true, .. } => self.add_plain(self.rest * event.received()),
             Stage::Beyond { .. } => self.beyond += self.rest * event.received(),
             _ => self.plain += throughput * event.received(),
         }
@@ -202,7 +204,8 @@ impl Record {
                 self.rest /= survival;
                 self.stage = Stage::Leaving { pdf };
             }
-            Stage::Next { phase } => {
+            Stage::Next { connects: false, .. } => self.stage = Stage::Plain,
+            Stage::Next { phase, .. } => {
                 // A phase function is its own density.
                 self.rest *= if phase.is_some() { weight / pdf } else { weight };
                 self.stage = Stage::Beyond { onwards: direction, wing: phase.is_some() };

@@ -2,7 +2,7 @@
 //!
 //! Differs from [Lu20 alg. 2]: the radius does not shrink within a batch, and the unbiased modes evaluate f(y), visibility included.
 
-use super::evaluate::Evaluation;
+use super::evaluate::{CHUNK, Evaluation, Hits};
 use super::gradient::group_gradients;
 use super::place::{Draw, Member, Members, place, place_on_rays};
 use super::run::Shiftable;
@@ -10,7 +10,7 @@ use super::tile::Tile;
 use super::weight::Weighing;
 use super::{Mode, Options};
 use crate::math::{Colour, DVec2};
-use crate::scene::{Queries, Scene, Stop};
+use crate::scene::{Hit, Queries, Scene, Stop};
 
 /// What became of a batch's offsets; those that change several contributions differently count once for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +23,19 @@ pub struct BatchStats {
     pub overflows: u64,
 }
 
+/// Room for the work on one batch after another.
+pub struct Scratch {
+    members: Members,
+    exact: Members,
+    hits: Hits,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self { members: Members::default(), exact: Members::default(), hits: [Hit::EMPTY; CHUNK] }
+    }
+}
+
 /// Splats the path and its shifted copies: `splat(pixel, rgb)` is called `options.count` + 1 times at most. The colours' expected
 /// sum is the path's own. `tile` has the camera rays if [`Options::has_views`].
 pub fn shift<Q: Queries>(
@@ -31,44 +44,59 @@ pub fn shift<Q: Queries>(
     options: &Options,
     path: &Shiftable,
     tile: Option<&Tile>,
-    mut draw: Draw<impl FnMut() -> f64>,
-    mut splat: impl FnMut(DVec2, Colour),
+    draw: Draw<impl FnMut() -> f64>,
+    splat: impl FnMut(DVec2, Colour),
 ) -> Result<BatchStats, Stop> {
-    if path.first().place.is_surface() && !options.moves_surfaces() {
-        splat(path.image.pixel, path.carried(scene));
-        return Ok(BatchStats::default());
+    Scratch::default().shift(scene, queries, options, path, tile, draw, splat)
+}
+
+impl Scratch {
+    /// The same as [`shift`].
+    pub fn shift<Q: Queries>(
+        &mut self,
+        scene: &Scene,
+        queries: &Q,
+        options: &Options,
+        path: &Shiftable,
+        tile: Option<&Tile>,
+        mut draw: Draw<impl FnMut() -> f64>,
+        mut splat: impl FnMut(DVec2, Colour),
+    ) -> Result<BatchStats, Stop> {
+        if path.first().place.is_surface() && !options.moves_surfaces() {
+            splat(path.image.pixel, path.carried(scene));
+            return Ok(BatchStats::default());
+        }
+        let Self { members, exact, hits } = self;
+        let members = match tile {
+            Some(tile) => place_on_rays(scene, path, tile, members),
+            None => place(&scene.camera, options, path, &mut draw, members),
+        };
+        let mut weighing = Weighing::new(scene, path, members.len());
+        let mut evaluation = Evaluation::new(scene, queries, path, hits);
+        match options.mode {
+            Mode::FirstOrder | Mode::HalfOrder | Mode::LogLinear => {
+                let gradients = group_gradients(&scene.camera, scene, path, weighing.own());
+                members.iter().for_each(|member| weighing.linear(scene, options, &gradients, member, &mut splat));
+            }
+            Mode::LinearDepth => {
+                members.iter_mut().for_each(|member| member.predict(scene, path));
+                members.iter().for_each(|member| weighing.ratio(member, &mut splat));
+            }
+            Mode::Exact => {
+                evaluation.run(members)?;
+                members.iter().for_each(|member| weighing.ratio(member, &mut splat));
+            }
+            Mode::TwoLevel => {
+                two_level(&mut evaluation, &mut weighing, options, members, exact, &mut draw, &mut splat)?;
+            }
+            Mode::Exchangeable => {
+                evaluation.run(members)?;
+                weighing.exchangeable(members, &mut splat);
+            }
+        }
+        weighing.finish(&mut splat);
+        Ok(BatchStats { shifts: weighing.shifts, stays: weighing.stays, ..evaluation.stats })
     }
-    let mut members = Members::default();
-    let members = match tile {
-        Some(tile) => place_on_rays(scene, path, tile, &mut members),
-        None => place(&scene.camera, options, path, &mut draw, &mut members),
-    };
-    let mut weighing = Weighing::new(scene, path, members.len());
-    let mut evaluation = Evaluation::new(scene, queries, path);
-    match options.mode {
-        Mode::FirstOrder | Mode::HalfOrder | Mode::LogLinear => {
-            let gradients = group_gradients(&scene.camera, scene, path, weighing.own());
-            members.iter().for_each(|member| weighing.linear(scene, options, &gradients, member, &mut splat));
-        }
-        Mode::LinearDepth => {
-            members.iter_mut().for_each(|member| member.predict(scene, path));
-            members.iter().for_each(|member| weighing.ratio(member, &mut splat));
-        }
-        Mode::Exact => {
-            evaluation.run(members)?;
-            members.iter().for_each(|member| weighing.ratio(member, &mut splat));
-        }
-        Mode::TwoLevel => {
-            let exact = &mut [Member::EMPTY; super::MAX_SHIFTS];
-            two_level(&mut evaluation, &mut weighing, options, members, exact, &mut draw, &mut splat)?;
-        }
-        Mode::Exchangeable => {
-            evaluation.run(members)?;
-            weighing.exchangeable(members, &mut splat);
-        }
-    }
-    weighing.finish(&mut splat);
-    Ok(BatchStats { shifts: weighing.shifts, stays: weighing.stays, ..evaluation.stats })
 }
 
 /// `LinearDepth` for all members, and what `Exact` differs for `exact_count` of them in the name of all.
@@ -77,7 +105,7 @@ fn two_level<Q: Queries>(
     weighing: &mut Weighing,
     options: &Options,
     members: &mut [Member],
-    exact: &mut [Member],
+    exact: &mut Members,
     draw: &mut Draw<impl FnMut() -> f64>,
     splat: &mut impl FnMut(DVec2, Colour),
 ) -> Result<(), Stop> {
@@ -87,11 +115,11 @@ fn two_level<Q: Queries>(
     // Selection sampling: every subset of that size is equally likely. Source: D. Knuth, TAOCP 2, 3.4.2, algorithm S.
     for index in 0..members.len() {
         if (draw.random)() * ((members.len() - index) as f64) < (wanted - count) as f64 {
-            (chosen[count], exact[count]) = (index, members[index]);
+            (chosen[count], exact.0[count]) = (index, members[index]);
             count += 1;
         }
     }
-    let exact = &mut exact[..count];
+    let exact = &mut exact.0[..count];
     evaluation.run(exact)?;
     members.iter_mut().for_each(|member| member.predict(evaluation.scene, evaluation.path));
     let mut corrections = chosen.iter().zip(exact.iter()).peekable();

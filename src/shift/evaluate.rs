@@ -5,23 +5,25 @@ use super::link::Link;
 use super::place::Member;
 use super::run::{Aim, Place, Progress, Shiftable};
 use crate::math::{Colour, DVec3};
-use crate::medium::{Line, optical_depth};
+use crate::medium::{Line, optical_depth_or_dark};
 use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop, surface_epsilon};
 
 /// Rays per query.
-const CHUNK: usize = 8;
+pub(super) const CHUNK: usize = 8;
+pub(super) type Hits = [Hit; CHUNK];
 
 /// Everything that the steps of one evaluation share.
 pub(super) struct Evaluation<'a, Q> {
     pub scene: &'a Scene<'a>,
     queries: &'a Q,
     pub path: &'a Shiftable,
+    hits: &'a mut Hits,
     pub stats: BatchStats,
 }
 
 impl<'a, Q: Queries> Evaluation<'a, Q> {
-    pub fn new(scene: &'a Scene<'a>, queries: &'a Q, path: &'a Shiftable) -> Self {
-        Self { scene, queries, path, stats: BatchStats::default() }
+    pub fn new(scene: &'a Scene<'a>, queries: &'a Q, path: &'a Shiftable, hits: &'a mut Hits) -> Self {
+        Self { scene, queries, path, hits, stats: BatchStats::default() }
     }
 
     /// Fills the members' values; none where f(y) = 0.
@@ -62,7 +64,7 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
                 let (Some(image), Some(last)) = (member.image, hit.media().last()) else { return };
                 let line = image.ray.line(scene, image.distance, hit.media());
                 let place = Place::Medium(last.medium);
-                member.value = Some(Progress::at_first(scene, member.y, place, image, optical_depth(&line)));
+                member.value = Some(Progress::at_first(scene, member.y, place, image, optical_depth_or_dark(&line)));
             },
         )
     }
@@ -82,7 +84,7 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
                 image.distance = image.ray.start + f64::from(hit.t);
                 member.y = image.ray.origin + image.distance * image.ray.direction;
                 let line = image.ray.line(scene, image.distance, hit.media());
-                member.value = Some(Progress::at_first(scene, member.y, place, *image, optical_depth(&line)));
+                member.value = Some(Progress::at_first(scene, member.y, place, *image, optical_depth_or_dark(&line)));
             },
         )
     }
@@ -109,7 +111,7 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
                 let Some(value) = &mut member.value else { return };
                 let Some(aim) = value.aim(scene, path, i, link) else { return };
                 let line = Line::new(scene.media, value.vertex(path, i), aim.direction, aim.distance, hit.media());
-                arrive(value, &aim, optical_depth(&line));
+                arrive(value, &aim, optical_depth_or_dark(&line));
             },
         )
     }
@@ -130,7 +132,7 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
             |scene, member, hit| {
                 let (Some(value), Some(last)) = (&mut member.value, hit.media().last()) else { return };
                 let line = Line::new(scene.media, value.vertex(path, i - 1), direction, distance, hit.media());
-                value.step(scene, path, i, Place::Medium(last.medium), optical_depth(&line));
+                value.step(scene, path, i, Place::Medium(last.medium), optical_depth_or_dark(&line));
             },
         )
     }
@@ -145,7 +147,6 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
         found: impl Fn(&Scene, &mut Member, &Hit),
     ) -> Result<(), Stop> {
         let mut rays = [Ray::default(); CHUNK];
-        let mut hits = [const { Hit::EMPTY }; CHUNK];
         let mut asked = [0; CHUNK];
         let mut count = 0;
         for (index, member) in chunk.iter().enumerate() {
@@ -159,8 +160,8 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
         }
         let counter = if wanted == HIT_NONE { &mut self.stats.occlusion_rays } else { &mut self.stats.rays };
         *counter += count as u64;
-        query(self.queries, &rays[..count], &mut hits[..count])?;
-        for (hit, index) in hits[..count].iter().zip(asked) {
+        query(self.queries, &rays[..count], &mut self.hits[..count])?;
+        for (hit, index) in self.hits[..count].iter().zip(asked) {
             if hit.kind == wanted {
                 hit.check(self.scene)?;
                 found(self.scene, &mut chunk[index], hit);

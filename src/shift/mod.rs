@@ -14,7 +14,7 @@ mod run;
 mod tile;
 mod weight;
 
-pub use batch::{BatchStats, shift};
+pub use batch::{BatchStats, Scratch, shift};
 pub use from_path::from_path;
 pub use kernel::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius};
 pub use link::{Depth, Link, Next, Onwards};

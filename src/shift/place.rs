@@ -52,7 +52,7 @@ impl Member {
 }
 
 /// Room for the members of a batch beside the path itself.
-pub(super) struct Members([Member; MAX_SHIFTS]);
+pub(super) struct Members(pub [Member; MAX_SHIFTS]);
 
 impl Default for Members {
     fn default() -> Self {

@@ -92,12 +92,12 @@ pub struct RunVertex {
 }
 
 /// Contributions that change differently: the next-event estimates, and those onwards: without a wing, and with each wing.
-pub const GROUPS: usize = MAX_RUN + 1 + MAX_WINGS;
-pub const PLAIN: usize = MAX_RUN;
-pub const WINGS: usize = MAX_RUN + 1;
+pub(super) const GROUPS: usize = MAX_RUN + 1 + MAX_WINGS;
+pub(super) const PLAIN: usize = MAX_RUN;
+pub(super) const WINGS: usize = MAX_RUN + 1;
 
 /// One colour for each group.
-pub type Groups = [Colour; GROUPS];
+pub(super) type Groups = [Colour; GROUPS];
 
 /// A sampled path whose run may move.
 #[derive(Clone, Copy, Debug)]
