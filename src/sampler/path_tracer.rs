@@ -262,13 +262,13 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let bsdf = self.scene.materials.get(hit.material as usize)?;
         let normal = hit.unit_normal();
         let position = self.origin + length * self.direction;
-        let next = Next::Point { position, normal: Some(normal) };
+        let next = Next::Point { position, normal: Some(bsdf.facing(normal, -self.direction)) };
         let arrival = self.arrival(next, length, optical_depth, hit.media(), weight);
         if depth > 1 {
             self.record.later(&arrival, None);
         } else if shift::moves_on(bsdf) {
             let image = ImagePoint { pixel: self.pixel, ray: self.camera_ray, distance: length };
-            self.record.first(First::surface(&hit), image, probability, &arrival);
+            self.record.first(First::surface(&hit, bsdf, self.direction), image, probability, &arrival);
         }
         let cosine = -normal.dot(self.direction);
         if depth > 1 && hit.light != NONE && cosine > 0.0 {

@@ -184,14 +184,11 @@ impl<Q: Queries> Batch<'_, Q> {
             },
             |scene, member, hit| {
                 let bsdf = scene.materials.get(hit.material as usize);
-                let Some(image) = &mut member.image else { return };
-                if !bsdf.is_some_and(moves_on) {
-                    return;
-                }
+                let (Some(image), Some(bsdf)) = (&mut member.image, bsdf.filter(|bsdf| moves_on(bsdf))) else { return };
                 image.distance = image.ray.start + f64::from(hit.t);
                 member.y = image.ray.origin + image.distance * image.ray.direction;
                 let line = camera_line(camera, scene.media, image, hit.media());
-                let first = First::surface(hit);
+                let first = First::surface(hit, bsdf, image.ray.direction);
                 member.first = Some(first);
                 member.camera_side = first.camera_side(scene, member.y, image, optical_depth(&line));
             },

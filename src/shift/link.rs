@@ -141,13 +141,15 @@ pub enum First {
 
 /// Whether a first vertex on such a surface may move.
 pub fn moves_on(bsdf: &Bsdf) -> bool {
-    !bsdf.is_specular() && bsdf.is_one_sided()
+    !bsdf.is_specular() && !bsdf.transmits()
 }
 
 impl First {
-    /// The surface that a ray from the camera hit.
-    pub fn surface(hit: &Hit) -> Self {
-        Self::Surface { material: hit.material, normal: hit.unit_normal(), medium: hit.medium_beyond(true) }
+    /// The surface that a ray from the camera hit along `direction`.
+    pub fn surface(hit: &Hit, bsdf: &Bsdf, direction: DVec3) -> Self {
+        let outwards = hit.unit_normal();
+        let normal = bsdf.facing(outwards, -direction);
+        Self::Surface { material: hit.material, normal, medium: hit.medium_beyond(normal.dot(outwards) > 0.0) }
     }
 
     /// f_p, or f_r·cos.
@@ -298,7 +300,10 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour) -> Result<Option<Sh
     let next = if next_node.is_direction() {
         Next::Direction(position)
     } else {
-        let normal = next_node.has_cosine().then(|| vertex.normal.wide());
+        let normal = next_node.has_cosine().then(|| match next_node {
+            Node::Surface(bsdf) => bsdf.facing(vertex.normal.wide(), x - position),
+            _ => vertex.normal.wide(),
+        });
         Next::Point { position, normal }
     };
     let mut link = Link::new(next, optical_depth(&next_edge), next_edge.segments);
