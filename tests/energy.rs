@@ -134,13 +134,16 @@ fn how_often_a_light_is_picked_changes_nothing_on_rough_surfaces() {
     let shift = shift::Options { mode: Mode::Exact, kernel: Kernel::Disk, radius: Radius::Pixels(1.0), count: 3 };
     let estimate = |weight, shift| Estimate::of_path_tracer(&world(weight), options(5, shift), 512 * scale());
     let never = estimate(0.0, None);
-    for (weight, shift) in [(1.0, None), (50.0, None), (1.0, Some(shift))] {
-        let other = estimate(weight, shift);
+    let often = estimate(50.0, None);
+    for (weight, other) in [(1.0, &estimate(1.0, None)), (50.0, &often)] {
         let (a, b) = (other.total(), never.total());
         let z = (a.value - b.value) / a.error.hypot(b.error);
         println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);
         assert!(z.abs() < 4.0);
     }
+    let scores = estimate(50.0, Some(shift)).paired_scores(&often);
+    println!("shifted: {scores:?}");
+    assert!(scores.pixel.abs() < 4.8 && scores.total.abs() < 4.0, "{scores:?}");
 }
 
 /// An image of 8 by 5 texels as a light; it is never freed.

@@ -97,8 +97,8 @@ MUTANTS = [
     Mutant(
         "a surface's path forgets the probability of passing the media before it",
         "src/sampler/path_tracer.rs",
-        "self.record.first(First::surface(&hit), image, probability, &arrival);",
-        "self.record.first(First::surface(&hit), image, 1.0, &arrival);",
+        "self.record.first(First::surface(&hit, bsdf, self.direction), image, probability, &arrival);",
+        "self.record.first(First::surface(&hit, bsdf, self.direction), image, 1.0, &arrival);",
         "unbiased exchangeable_disk_under_area_lights",
     ),
     Mutant(
@@ -142,6 +142,13 @@ MUTANTS = [
         "let scale = luminance(weight) / luminance(f);",
         "let scale = luminance(weight);",
         "host_sampler exchangeable_single_scattering",
+    ),
+    Mutant(
+        "a spot light shines everywhere as at x_1",
+        "src/sampler/record.rs",
+        "Stage::First if !event.profile => {",
+        "Stage::First => {",
+        "unbiased exact_disk_under_a_spot_light",
     ),
     # The path sampler.
     Mutant(

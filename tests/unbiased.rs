@@ -1,17 +1,19 @@
 //! The unbiased shifts leave every pixel's mean alone: the path sampler with and without them, on scenes with a medium edge, a
 //! shadow edge inside media and an occluder's edge before them.
 //!
-//! Both take the same paths, so that only what shifts add is noise. Per test 64 pixels and 3 channel totals are compared; 9 tests
-//! make 576 and 27 comparisons. Significance: if all is right, a new seed trips |z| < 4.8 at a pixel with probability 576·1.6e-6 and
-//! |z| < 4 at a total with 27·6.3e-5: 0.26 % in all. (64 batches each: Student's t doubles that.) Seeds are fixed. VOLGRAD_LONG
+//! Both take the same paths, so that only what shifts add is noise. Per test 64 pixels and 3 channel totals are compared; 10 tests
+//! make 640 and 30 comparisons. Significance: if all is right, a new seed trips |z| < 4.8 at a pixel with probability 640·1.6e-6 and
+//! |z| < 4 at a total with 30·6.3e-5: 0.29 % in all. (64 batches each: Student's t doubles that.) Seeds are fixed. VOLGRAD_LONG
 //! takes 20 times the paths: 10.5 million per estimate.
 
 mod toy;
 
 use std::sync::OnceLock;
 use toy::estimate::{BATCHES, Estimate, Scores, scale};
-use toy::scenes::{World, edges_under_area_lights, edges_under_point_light};
+use toy::scenes::{World, edges, edges_under_area_lights, edges_under_point_light};
+use volgrad::math::{Colour, DVec3};
 use volgrad::sampler;
+use volgrad::scene::{Falloff, Light};
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
 /// Paths per pixel and batch of a quick run: 64 pixels × 64 batches × 128 = 524 288 paths per estimate.
@@ -114,6 +116,14 @@ fn exchangeable_disk_under_area_lights() {
 #[test]
 fn exchangeable_ball_under_area_lights() {
     assert_unbiased(area_lights(), Mode::Exchangeable, BALL);
+}
+
+/// What x_1 gets from a spot light depends on where it is.
+#[test]
+fn exact_disk_under_a_spot_light() {
+    let (position, axis) = (DVec3::new(0.3, 2.7, -0.8), DVec3::new(0.0, -0.7, 0.7).normalize());
+    let spot = Light::Spot { position, axis, intensity: Colour::splat(20.0), falloff: Falloff::new(0.97, 0.6) };
+    assert_unbiased(&subject(edges().light(spot, 1.0), 4), Mode::Exact, DISK);
 }
 
 /// A shifted path goes through the same point of the lens.

@@ -299,14 +299,16 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     fn arrive(&mut self, depth: u32, hit: Hit, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
         self.throughput *= transmittance(optical_depth) / probability;
         let bsdf = if hit.kind == HIT_SURFACE { Some(self.scene.materials.get(hit.material as usize)?) } else { None };
-        let geometric = hit.unit_normal();
-        let normal = bsdf.map_or(geometric, |bsdf| bsdf.facing(geometric, -self.direction));
+        let normal = hit.unit_normal();
         let position = self.origin + length * self.direction;
         let arrival = Arrival {
             line: self.line(length, hit.media()),
             optical_depth,
             density: probability,
-            next: bsdf.map_or(Next::Direction(self.direction), |_| Next::Point { position, normal: Some(normal) }),
+            next: bsdf.map_or(Next::Direction(self.direction), |bsdf| Next::Point {
+                position,
+                normal: Some(bsdf.facing(normal, -self.direction)),
+            }),
             place: bsdf.and_then(|bsdf| Place::on_surface(bsdf, &hit, self.direction)),
             connects: bsdf.is_none_or(Bsdf::is_lambertian),
             emits: hit.kind == HIT_SURFACE && hit.light != NONE,

@@ -49,7 +49,7 @@ fn run_length(scene: &Scene, path: &Path, options: &Options) -> Result<Option<us
                 length += 1;
             }
         }
-        Node::Surface(bsdf) if !bsdf.is_specular() && bsdf.keeps_sides() => {}
+        Node::Surface(bsdf) if !bsdf.is_specular() && !bsdf.transmits() => {}
         _ => return Ok(None),
     }
     if !connects(length + 1)? {

@@ -209,7 +209,7 @@ proptest! {
             Reflector::RoughConductor(rough),
         ] {
             let (one, two) = (Bsdf::from(reflector), Bsdf::TwoSided(reflector));
-            prop_assert_eq!((one.is_specular(), one.is_one_sided(), two.is_one_sided()), (two.is_specular(), true, false));
+            prop_assert_eq!((one.is_specular(), one.is_lambertian()), (two.is_specular(), two.is_lambertian()));
             for n in [n, -n] {
                 let front = two.facing(n, c);
                 prop_assert!(front.dot(c) > 0.0);

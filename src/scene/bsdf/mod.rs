@@ -78,17 +78,17 @@ impl Bsdf {
         }
     }
 
-    /// Whether f_r is the same for all directions on one side.
+    /// Whether f_r is the same for all pairs of directions on one side, and 0 otherwise.
     pub fn is_lambertian(&self) -> bool {
         matches!(self, Self::Diffuse { .. } | Self::TwoSided(Reflector::Diffuse { .. }))
     }
 
-    /// Whether all light stays on the side that it comes from.
-    pub fn keeps_sides(&self) -> bool {
-        !matches!(self, Self::Dielectric { .. } | Self::RoughDielectric(_))
+    /// Whether light can pass to the other side.
+    pub fn transmits(&self) -> bool {
+        matches!(self, Self::Dielectric { .. } | Self::RoughDielectric(_))
     }
 
-    /// The normal on the side from which it is seen, if both sides are alike.
+    /// The normal, turned to the side from which it is seen if both sides are alike.
     pub fn facing(&self, n: DVec3, to_camera: DVec3) -> DVec3 {
         if matches!(self, Self::TwoSided(_)) && n.dot(to_camera) < 0.0 { -n } else { n }
     }
