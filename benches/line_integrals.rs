@@ -1,12 +1,12 @@
-//! What one line integral costs: τ, τ with the gradients at both ends, and a sampled distance, along random rays through a grid in
-//! the unit cube. `make bench` writes the table in README.md from these.
+//! What one line integral costs: τ, τ with the gradients at both ends, a sampled distance, and that with the gradients up to there,
+//! along random rays through a grid in the unit cube. `make bench` writes the table in README.md from these.
 
 mod volumes;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use volgrad::math::Vec3;
-use volgrad::medium::{Line, Segment, moments, optical_depth, sample_distance};
+use volgrad::medium::{Line, Segment, moments, optical_depth, sample_distance, sample_distance_with_moments};
 use volumes::{DEPTHS, Ray, SHAPES, Shape, Volume, rays};
 
 const SIDES: [i32; 3] = [64, 128, 256];
@@ -46,6 +46,9 @@ fn line_integrals(c: &mut Criterion) {
                 });
                 bench(c, "distance", &parameter, &volume, |line, u| {
                     black_box(sample_distance(line, u));
+                });
+                bench(c, "distance and gradients", &parameter, &volume, |line, u| {
+                    black_box(sample_distance_with_moments(line, u));
                 });
             }
         }

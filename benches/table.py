@@ -16,7 +16,8 @@ import matplotlib.pyplot as plt
 
 BEGIN, END = "<!-- benchmarks:begin -->", "<!-- benchmarks:end -->"
 SIDES = [64, 128, 256]
-CALLS = [("tau", "τ"), ("gradients", "τ, both gradients"), ("distance", "distance")]
+CALLS = [("tau", "τ"), ("gradients", "τ, both gradients"), ("distance", "distance"),
+         ("distance and gradients", "distance, both gradients")]
 
 
 def medians(target):
