@@ -5,6 +5,7 @@
 #   make demo       deps, and one scene with and without shifts in the same time: under three minutes
 #   make test       all tests, and a short comparison with the reference images
 #   make validate   the long comparison, and the long statistical tests
+#   make bench      times line integrals and paths, writes the table in README.md and demo/bricks.png; BENCH_FLAGS=--quick for a look
 #   make header     writes include/volgrad.h anew
 #
 # CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
@@ -29,7 +30,7 @@ HOST := $(wildcard examples_c/render/*.c)
 HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
 OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
 
-.PHONY: all deps demo test validate header clean test-rust test-c test-cli test-scenes FORCE
+.PHONY: all deps demo test validate bench header clean test-rust test-c test-cli test-scenes FORCE
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER)
@@ -95,6 +96,10 @@ validate: deps
 demo: deps
 	$(MAKE) $(RENDER)
 	$(PY) demo/demo.py --render $(RENDER) --output $(BUILD)/demo
+
+bench: $(VENV)/ready
+	cargo bench --bench line_integrals --bench paths -- $(BENCH_FLAGS)
+	$(PY) benches/table.py $(TARGET) README.md demo/bricks.png
 
 $(VENV)/ready: requirements.txt | $(BUILD)
 	$(PYTHON) -m venv $(VENV)

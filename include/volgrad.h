@@ -23,18 +23,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// Beyond this optical depth less than 2⁻⁶⁴ arrives, the film's least bit for light of radiance 1.
+#define NEGLIGIBLE_DEPTH 44.4
+
 // Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 #define VOLGRAD_MAX_SEGMENTS 16
-
-// Most vertices that move together.
-#define MAX_RUN 8
-
-// Contributions that change differently: the next-event estimates, and those onwards: without a wing, and with each wing.
-#define GROUPS ((MAX_RUN + 1) + MAX_WINGS)
-
-#define PLAIN MAX_RUN
-
-#define WINGS (MAX_RUN + 1)
 
 // No batch: every path stays as it is.
 #define VOLGRAD_SHIFT_NONE 0

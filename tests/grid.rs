@@ -89,12 +89,29 @@ fn samples_are_at_cell_centres_and_clamp() {
     assert!((through.first_moment - (2.0 * 1.5 + 1.0 - 3.0 * 2.0) * DVec3::X).length() < ROUNDING, "{through:?}");
 }
 
+/// Layers along x: random, empty, random, constant, random; so that walks go into and out of bricks that are crossed whole.
+fn layered_grid(rng: &mut Pcg64, to_world: Affine) -> Grid {
+    let resolution = [96, 12, 17];
+    let sample = |rng: &mut Pcg64, x: usize| match 5 * x / resolution[0] {
+        1 => 0.0,
+        3 => 0.7,
+        _ => uniform(rng, 0.2, 2.0),
+    };
+    let count = resolution.iter().product();
+    let samples = (0..count).map(|i| sample(rng, i % resolution[0])).collect();
+    Grid { resolution, samples, to_world }
+}
+
 /// Half of the bricks are empty or constant, and crossed whole.
 #[test]
 fn bricks_change_nothing() {
     let mut rng = generator(3);
+    let mut grids = Vec::new();
     for to_world in [UNIT_CUBE, sheared()] {
-        let medium = heterogeneous(CHROMATIC, large_grid(&mut rng, to_world));
+        grids.extend([large_grid(&mut rng, to_world), layered_grid(&mut rng, to_world)]);
+    }
+    for grid in grids {
+        let medium = heterogeneous(CHROMATIC, grid);
         let hosts = [Bricks::Built, Bricks::Left].map(|bricks| HostMedium::new(&medium, bricks));
         let [with, without] = hosts.each_ref().map(|host| [host.view()]);
         for n in 0..500 {

@@ -25,7 +25,8 @@ use reference::{
     vector::*,
     world::World,
 };
-use volgrad::medium::{self, Flight, Line, NONE, Segment, distance_number, sample_distance};
+use volgrad::medium::sample_distance_with_moments;
+use volgrad::medium::{self, EdgeMoments, Flight, Line, NONE, Segment, distance_number, sample_distance};
 
 /// Of exact line integrals, relative to 1 + τ, and of distances, in world units.
 const EXACT: f64 = 1e-9;
@@ -168,6 +169,62 @@ fn pdf_is_the_derivative_of_the_cdf() {
     assert_below(&by_reference, EXACT);
     assert_below(&by_differences, DIFFERENCES);
     assert_below(&passed, EXACT);
+}
+
+/// The moments that come with a distance are those of the line up to there.
+fn compare_moments_with_distance(line: &Line, u: f64, worst: &mut Worst, name: &str) {
+    let (flight, flown) = sample_distance_with_moments(line, u);
+    let length = match (flight, sample_distance(line, u)) {
+        (Flight::Collision { t, pdf, .. }, Flight::Collision { t: expected, pdf: expected_pdf, .. }) => {
+            worst.note((t - expected).abs() + (pdf - expected_pdf).abs(), || format!("distance, {name}"));
+            t
+        }
+        (Flight::Passed { probability, .. }, Flight::Passed { probability: expected, .. }) => {
+            worst.note((probability - expected).abs(), || format!("probability, {name}"));
+            line.length
+        }
+        other => panic!("{name}: {other:?}"),
+    };
+    let part = Line { length, ..*line };
+    let expected = medium::moments(&part);
+    worst.note((flown.optical_depth - expected.optical_depth).length(), || format!("τ, {name}"));
+    for end in [EdgeMoments::near_gradient, EdgeMoments::far_gradient] {
+        let (ours, expected) = (end(&flown, line.direction, length), end(&expected, line.direction, length));
+        for c in 0..3 {
+            worst.note((ours[c] - expected[c]).length() / (1.0 + expected[c].length()), || format!("∇τ, {name}"));
+        }
+    }
+}
+
+#[test]
+fn moments_come_with_distances() {
+    let mut worst = Worst::default();
+    let mut rng = generator(11);
+    for_each_edge(12, |name, _, _, line| {
+        compare_moments_with_distance(line, uniform(&mut rng, 0.0, 1.0), &mut worst, name);
+    });
+    for n in 0..200 {
+        let mixed = Mixed::random(&mut rng);
+        let host = mixed.media.each_ref().map(|medium| HostMedium::new(medium, Bricks::Built));
+        let media = host.each_ref().map(HostMedium::view);
+        let whole = line(&mixed.edge, &media, &mixed.segments);
+        compare_moments_with_distance(&whole, uniform(&mut rng, 0.0, 1.0), &mut worst, &format!("edge {n}"));
+    }
+    assert_below(&worst, EXACT);
+}
+
+/// ∫ over [0, a] and [a, b] is that over [0, b].
+#[test]
+fn integrals_of_parts_add_up() {
+    let mut worst = Worst::default();
+    let mut rng = generator(13);
+    for_each_edge(14, |name, _, edge, whole| {
+        let a = edge.length * uniform(&mut rng, 0.0, 1.0);
+        let [before, all] = [a, edge.length].map(|length| medium::optical_depth(&Line { length, ..*whole }));
+        let after = medium::optical_depth(&Line { start: a, ..*whole });
+        worst.note((before + after - all).length() / (1.0 + all.length()), || name.to_string());
+    });
+    assert_below(&worst, EXACT);
 }
 
 /// The chromatic cdf is the mean of the channels' own.

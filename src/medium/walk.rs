@@ -32,9 +32,9 @@ pub trait Visitor {
 }
 
 /// Cells that are looked up together.
-const BATCH: usize = 32;
+const BATCH: usize = 16;
 
-/// Bricks of which cells are looked up together: they have about a batch.
+/// Bricks that are walked in one go. Not all that there are: the way may end in the first of them.
 const BRICKS_IN_A_ROW: usize = 4;
 
 impl<'a> Samples<'a> {
@@ -56,7 +56,8 @@ impl<'a> Samples<'a> {
     pub fn walk(&self, line: &LatticeLine, inside: &Inside, visitor: &mut impl Visitor) -> ControlFlow<f64> {
         let core = self.core(line, inside);
         let twin = TwinLine::new(line);
-        let mut batch = [Chord::default(); BATCH];
+        // Made when the first cell comes: many lines pass empty bricks only.
+        let mut batch = None;
         let mut bricks = Dda::new(line, &self.brick_lattice, inside.start, inside.end);
         // Up to here everything is visited: to the next brick, or by a rounding further.
         let mut done = inside.start;
@@ -77,8 +78,9 @@ impl<'a> Samples<'a> {
                 }
             }
             let cells = cells.get_or_insert_with(|| Dda::new(line, &self.cell_lattice, done, inside.end));
+            let batch = batch.get_or_insert([Chord::default(); BATCH]);
             while cells.t < bricks.t {
-                for chord in self.gather(&core, cells, bricks.t, &mut batch) {
+                for chord in self.gather(&core, cells, bricks.t, batch) {
                     visitor.cell(&twin, chord)?;
                 }
             }

@@ -34,7 +34,7 @@ impl Place {
 
     /// The normal on the side that the camera sees; None as for `on_surface`.
     pub(super) fn normal(bsdf: &Bsdf, outside: DVec3, to_camera: DVec3) -> Option<DVec3> {
-        !bsdf.transmits().then(|| bsdf.facing(outside, to_camera)).filter(|_| !bsdf.is_specular())
+        (!bsdf.transmits() && !bsdf.is_specular()).then(|| bsdf.facing(outside, to_camera))
     }
 
     /// f_p, or f_r·cos.
