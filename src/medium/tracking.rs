@@ -110,7 +110,7 @@ pub fn optical_depth(line: &Line) -> Colour {
 }
 
 /// Beyond this optical depth less than 2⁻⁶⁴ arrives, the film's least bit for light of radiance 1.
-pub const NEGLIGIBLE_DEPTH: f64 = 44.4;
+const NEGLIGIBLE_DEPTH: f64 = 44.4;
 
 /// τ of the whole line, or infinity as soon as it is known to be beyond [`NEGLIGIBLE_DEPTH`] in all channels: the rest is not looked at.
 pub fn optical_depth_or_dark(line: &Line) -> Colour {

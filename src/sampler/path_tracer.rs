@@ -9,7 +9,7 @@ use crate::film::Film;
 use crate::math::{Colour, DVec2, DVec3, absorptance, mean, transmittance};
 use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
 use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, View, surface_epsilon};
-use crate::shift::{self, BatchStats, Bounds, Draw, Next, Place, Scratch, Tile, Tiling, volume_to_image};
+use crate::shift::{self, BatchStats, Bounce, Bounds, Draw, Next, Place, Scratch, Tile, Tiling, volume_to_image};
 use core::ops::Range;
 
 #[derive(Clone, Copy, Debug)]
@@ -376,6 +376,13 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let Some(sample) = vertex.interaction.sample(u, number(numbers, Slot::Lobe)) else { return Ok(false) };
         let weight = sample.weight / survival;
         self.throughput *= weight;
+        match (&vertex.interaction.scatterer, sample.pdf) {
+            (Scatterer::Surface { bsdf, normal }, None) => {
+                let bounce = Bounce::new(bsdf, *normal, vertex.interaction.to_camera, sample.direction);
+                self.record.bounced(&bounce, weight);
+            }
+            _ => self.record.end_chain(),
+        }
         self.record.scattered(sample.direction, weight, sample.pdf.unwrap_or(1.0), survival);
         let Origin { medium, t_min } = self.origin_of(vertex, sample.direction);
         (self.origin, self.direction, self.start) = (vertex.interaction.position, sample.direction, 0.0);

@@ -8,7 +8,7 @@ use crate::math::{Colour, DVec3, transmittance};
 use crate::medium::{EdgeMoments, Line, moments};
 use crate::phase::Phase;
 use crate::scene::{ImagePoint, Scene};
-use crate::shift::{self, Depth, Link, Next, Onwards, Place, RunVertex, Shiftable};
+use crate::shift::{self, Bounce, Chain, Depth, Link, Next, Onwards, Place, RunVertex, Shiftable};
 
 /// How far along the path the recording is.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +32,9 @@ pub struct Record {
     /// Most vertices of the run; 0: nothing is shifted.
     run: usize,
     derivatives: bool,
+    /// Whether light through specular surfaces is shifted, and such a chain in the making.
+    chains: bool,
+    chain: Option<Chain>,
     stage: Stage,
     shiftable: Option<Shiftable>,
     /// How the run's last vertex, if not its first, looks as the end of a link: σ_s there and the link's depth.
@@ -60,6 +63,12 @@ pub struct Arrival<'a> {
     pub phase: Option<Phase>,
 }
 
+impl Arrival<'_> {
+    fn is_far(&self) -> bool {
+        matches!(self.next, Next::Direction(_))
+    }
+}
+
 impl Record {
     pub fn new(options: Option<&shift::Options>) -> Self {
         let none = Colour::ZERO;
@@ -67,6 +76,8 @@ impl Record {
             plain: none,
             run: options.map_or(0, |options| options.run.max(1)),
             derivatives: options.is_some_and(|options| options.mode.has_derivatives()),
+            chains: options.is_some_and(|options| options.mode.has_queries()),
+            chain: None,
             stage: Stage::Plain,
             shiftable: None,
             last: (none, Depth::default()),
@@ -85,6 +96,10 @@ impl Record {
 
     /// A later vertex.
     pub fn later(&mut self, arrival: &Arrival) {
+        self.chain = self.chain.filter(|_| arrival.phase.is_none() && (arrival.emits || !arrival.connects || arrival.is_far()));
+        if let Some(chain) = &mut self.chain {
+            chain.pass(arrival.optical_depth, arrival.density);
+        }
         match self.stage {
             Stage::Leaving { pdf } => {
                 if self.extend(arrival) {
@@ -93,6 +108,7 @@ impl Record {
                 } else if arrival.connects || arrival.emits {
                     self.leave(pdf, arrival);
                 } else {
+                    self.begin_chain(pdf, arrival);
                     self.leave_before_last(pdf, arrival);
                 }
             }
@@ -142,6 +158,24 @@ impl Record {
         self.pass(arrival);
     }
 
+    /// The path meets what may be the first of a chain of specular surfaces.
+    fn begin_chain(&mut self, pdf: f64, arrival: &Arrival) {
+        let Some(path) = self.shiftable.as_ref().filter(|_| self.chains) else { return };
+        let mut chain = Chain::new(arrival.line.direction, path.run().len() - 1, self.rest / pdf);
+        chain.pass(arrival.optical_depth, arrival.density);
+        self.chain = Some(chain);
+    }
+
+    /// A specular surface sends the path on; `weight` is value over probability.
+    pub fn bounced(&mut self, bounce: &Bounce, weight: Colour) {
+        self.chain = self.chain.take().and_then(|mut chain| chain.bounce(bounce, weight).then_some(chain));
+    }
+
+    /// What scatters here is not specular.
+    pub fn end_chain(&mut self) {
+        self.chain = None;
+    }
+
     fn pass(&mut self, arrival: &Arrival) {
         self.rest *= arrival.sigma_s * transmittance(arrival.optical_depth) / arrival.density;
     }
@@ -164,6 +198,11 @@ impl Record {
 
     /// Light met on the way: `emission` times its MIS weight.
     pub fn emitted(&mut self, throughput: Colour, emission: Colour) {
+        if let (Some(mut chain), Some(path)) = (self.chain.take(), &mut self.shiftable) {
+            chain.value *= emission;
+            path.chain = Some(chain);
+            return;
+        }
         match self.stage {
             Stage::Next { .. } => self.add_plain(self.rest * emission),
             Stage::Beyond { .. } => self.beyond += self.rest * emission,

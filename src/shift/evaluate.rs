@@ -15,9 +15,9 @@ pub(super) type Hits = [Hit; CHUNK];
 /// Everything that the steps of one evaluation share.
 pub(super) struct Evaluation<'a, Q> {
     pub scene: &'a Scene<'a>,
-    queries: &'a Q,
+    pub(super) queries: &'a Q,
     pub path: &'a Shiftable,
-    hits: &'a mut Hits,
+    pub(super) hits: &'a mut Hits,
     pub stats: BatchStats,
 }
 
@@ -44,6 +44,9 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
             }
             if let Some(onwards) = path.onwards.as_ref().filter(|onwards| onwards.from == i) {
                 self.connect(chunk, i, &onwards.link, |value, aim, depth| value.go_onwards(onwards, aim, depth))?;
+            }
+            if let Some(chain) = path.chain.as_ref().filter(|chain| chain.from == i) {
+                self.follow(chunk, chain)?;
             }
             if i + 1 < path.run().len() {
                 self.step(chunk, i + 1)?;
@@ -182,7 +185,7 @@ fn unseen(member: &Member) -> Option<ImagePoint> {
 }
 
 /// From the run's vertex `i`.
-fn ray(value: &Progress, path: &Shiftable, i: usize, direction: DVec3, distance: f64, t_max: f64) -> Ray {
+pub(super) fn ray(value: &Progress, path: &Shiftable, i: usize, direction: DVec3, distance: f64, t_max: f64) -> Ray {
     let x = value.vertex(path, i);
     let t_min = match value.place {
         Place::Medium(_) => 0.0,

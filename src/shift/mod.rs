@@ -4,6 +4,7 @@
 //! whose MIS weights w sum to 1 wherever f > 0, unclamped.
 
 mod batch;
+mod chain;
 mod evaluate;
 mod from_path;
 mod gradient;
@@ -15,6 +16,7 @@ mod tile;
 mod weight;
 
 pub use batch::{BatchStats, Scratch, shift};
+pub use chain::{Bounce, Chain};
 pub use from_path::from_path;
 pub use kernel::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius};
 pub use link::{Depth, Link, Next, Onwards};

@@ -10,6 +10,7 @@
 //! with w the phase function where the link onwards ends. `rest` stays; so do all distances and directions inside the run, whose G is
 //! part of it. On a surface A_1 = Tr, in image measure: We G dA(x_1) is the image's own area.
 
+use super::chain::Chain;
 use super::kernel::MAX_RUN;
 use super::link::{Depth, Link, MAX_WINGS, Onwards};
 use crate::math::{Colour, DVec3, transmittance};
@@ -91,10 +92,12 @@ pub struct RunVertex {
     pub light: Option<(Link, Colour)>,
 }
 
-/// Contributions that change differently: the next-event estimates, and those onwards: without a wing, and with each wing.
-pub(super) const GROUPS: usize = MAX_RUN + 1 + MAX_WINGS;
+/// Contributions that change differently: the next-event estimates, those onwards: without a wing, and with each wing; and that
+/// through specular surfaces.
+pub(super) const GROUPS: usize = MAX_RUN + 2 + MAX_WINGS;
 pub(super) const PLAIN: usize = MAX_RUN;
 pub(super) const WINGS: usize = MAX_RUN + 1;
+const CHAIN: usize = WINGS + MAX_WINGS;
 
 /// One colour for each group.
 pub(super) type Groups = [Colour; GROUPS];
@@ -106,12 +109,13 @@ pub struct Shiftable {
     run: [RunVertex; MAX_RUN],
     length: usize,
     pub onwards: Option<Onwards>,
+    pub chain: Option<Chain>,
 }
 
 impl Shiftable {
     /// A path without contributions yet.
     pub fn new(image: ImagePoint, first: RunVertex) -> Self {
-        Self { image, run: [first; MAX_RUN], length: 1, onwards: None }
+        Self { image, run: [first; MAX_RUN], length: 1, onwards: None, chain: None }
     }
 
     pub fn run(&self) -> &[RunVertex] {
@@ -141,13 +145,14 @@ impl Shiftable {
     pub fn carrying(mut self) -> Option<Self> {
         let carries = |rest: &Colour| rest.max_element() > 0.0;
         let rests = self.rests();
-        if !rests[PLAIN..].iter().any(carries) {
+        if !rests[PLAIN..CHAIN].iter().any(carries) {
             self.onwards = None;
         }
         for (vertex, _) in self.run.iter_mut().zip(&rests).filter(|(_, rest)| !carries(rest)) {
             vertex.light = None;
         }
-        let needed = |i: usize| self.run[i].light.is_some() || self.onwards.is_some_and(|onwards| onwards.from == i);
+        let leaves = |i: usize| self.onwards.is_some_and(|onwards| onwards.from == i);
+        let needed = |i: usize| self.run[i].light.is_some() || leaves(i) || self.chain.is_some_and(|chain| chain.from == i);
         let last = (0..self.length).rev().find(|i| needed(*i))?;
         self.length = last + 1;
         Some(self)
@@ -161,9 +166,12 @@ impl Shiftable {
         }
         if let Some(onwards) = &self.onwards {
             rests[PLAIN] = onwards.plain;
-            for (rest, (_, wing)) in rests[WINGS..].iter_mut().zip(onwards.wings()) {
+            for (rest, (_, wing)) in rests[WINGS..CHAIN].iter_mut().zip(onwards.wings()) {
                 *rest = *wing;
             }
+        }
+        if let Some(chain) = &self.chain {
+            rests[CHAIN] = chain.rest;
         }
         rests
     }
@@ -207,6 +215,9 @@ impl Shiftable {
                 if let Some(aim) = progress.aim(scene, self, i, &onwards.link) {
                     progress.go_onwards(onwards, &aim, onwards.link.depth.after(offset));
                 }
+            }
+            if let Some(chain) = self.chain.as_ref().filter(|chain| chain.from == i) {
+                progress.reach_light_by_chain(progress.towards(scene, self, i, chain.direction) * chain.value);
             }
             if let Some(next) = self.run().get(i + 1) {
                 progress.step(scene, self, i + 1, next.place, next.depth.after(offset));
@@ -263,14 +274,23 @@ impl Progress {
         self.reached == i && self.a.max_element() > 0.0
     }
 
+    /// A f_p, or A f_r cos, from vertex `i` in a direction.
+    pub fn towards(&self, scene: &Scene, path: &Shiftable, i: usize, direction: DVec3) -> Colour {
+        self.a * self.place.scattering(scene, self.to_previous(path, i), direction)
+    }
+
+    /// A chain of specular surfaces ends at a light.
+    pub fn reach_light_by_chain(&mut self, value: Colour) {
+        self.values[CHAIN] = value;
+    }
+
     /// Looks along a link from vertex `i`; None if nothing can go along it.
     pub fn aim(&self, scene: &Scene, path: &Shiftable, i: usize, link: &Link) -> Option<Aim> {
         if !self.carries(i) {
             return None;
         }
         let (direction, distance) = link.next.seen_from(self.vertex(path, i));
-        let scattering = self.place.scattering(scene, self.to_previous(path, i), direction);
-        let geometry = self.a * scattering * link.next.geometry(direction, distance);
+        let geometry = self.towards(scene, path, i, direction) * link.next.geometry(direction, distance);
         (geometry.max_element() > 0.0).then_some(Aim { direction, distance, geometry })
     }
 
@@ -283,7 +303,7 @@ impl Progress {
     pub fn go_onwards(&mut self, onwards: &Onwards, aim: &Aim, optical_depth: Colour) {
         let value = aim.geometry * transmittance(optical_depth);
         self.values[PLAIN] = value;
-        for (group, (to_other, _)) in self.values[WINGS..].iter_mut().zip(onwards.wings()) {
+        for (group, (to_other, _)) in self.values[WINGS..CHAIN].iter_mut().zip(onwards.wings()) {
             *group = value * onwards.phase.eval(-aim.direction.dot(*to_other));
         }
     }
