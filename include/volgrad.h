@@ -23,11 +23,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Beyond this optical depth less than 2⁻⁶⁴ arrives, the film's least bit for light of radiance 1.
-#define NEGLIGIBLE_DEPTH 44.4
-
 // Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 #define VOLGRAD_MAX_SEGMENTS 16
+
+// Most specular surfaces in a row.
+#define MAX_CHAIN 8
 
 // No batch: every path stays as it is.
 #define VOLGRAD_SHIFT_NONE 0
@@ -645,7 +645,8 @@ typedef struct volgrad_light {
   // its inner cone. Environment map: factor on its image. Not negative.
   struct volgrad_rgb emission;
   // Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
-  // lights, which nothing else can find. All weights are divided by their sum.
+  // lights, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
+  // light has one: paths that go on find the sky as well.
   float sampling_weight;
   // Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
   struct volgrad_vec3 position;

@@ -7,7 +7,9 @@ use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status
 use super::types::*;
 use crate::math::Rgb;
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
-use crate::scene::{Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, running_sums, sums_length};
+use crate::scene::{
+    Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
+};
 use core::ffi::c_void;
 use core::mem::{align_of, size_of};
 use core::ptr::null;
@@ -212,6 +214,7 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let mut sums = unsafe { fill(at(layout.sums), desc.sum_count()?, |_| Ok(0.0))? };
     let lights = unsafe { fill(at(layout.lights), desc.lights.len(), |i| light(&desc.lights[i], i, &mut sums))? };
     let cdf = unsafe { fill(at(layout.cdf), desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))? };
+    leave_constant_sky_to_chance(lights, cdf);
     accumulate(cdf);
     let mut environments = (0u32..).zip(lights.iter()).filter(|(_, l)| l.is_environment());
     let environment = environments.next().map(|(i, _)| i);

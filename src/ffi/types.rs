@@ -200,7 +200,8 @@ pub struct volgrad_light {
     /// its inner cone. Environment map: factor on its image. Not negative.
     pub emission: Rgb,
     /// Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
-    /// lights, which nothing else can find. All weights are divided by their sum.
+    /// lights, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
+    /// light has one: paths that go on find the sky as well.
     pub sampling_weight: f32,
     /// Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
     pub position: Vec3,

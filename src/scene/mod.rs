@@ -8,7 +8,9 @@ mod view;
 
 pub use bsdf::{Bsdf, BsdfSample, Conductor, Ggx, Reflector, RoughConductor, RoughDielectric};
 pub use camera::{Camera, CameraRay, ImagePoint};
-pub use light::{EnvironmentMap, Falloff, Light, LightSample, Lights, accumulate, running_sums, sums_length};
+pub use light::{
+    EnvironmentMap, Falloff, Light, LightSample, Lights, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
+};
 pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
 pub use view::View;
 

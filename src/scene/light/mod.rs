@@ -6,7 +6,7 @@ mod distribution;
 mod environment_map;
 mod spot;
 
-pub use distribution::accumulate;
+pub use distribution::{accumulate, leave_constant_sky_to_chance};
 pub use environment_map::{EnvironmentMap, running_sums, sums_length};
 pub use spot::Falloff;
 
