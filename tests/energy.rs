@@ -71,9 +71,7 @@ fn furnace_with_walls() {
 
 #[test]
 fn furnace_with_shifts() {
-    for (mode, kernel) in
-        [(Mode::Exact, Kernel::Disk(Radius::Pixels(1.0))), (Mode::Exchangeable, Kernel::Ball(0.3))]
-    {
+    for (mode, kernel) in [(Mode::Exact, Kernel::Disk(Radius::Pixels(1.0))), (Mode::Exchangeable, Kernel::Ball(0.3))] {
         let shift = Some(shift::Options::new(mode, kernel, 3));
         assert_furnace(&format!("{mode:?}"), &furnace(white_grid()), 1024, shift);
     }

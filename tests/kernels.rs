@@ -12,15 +12,8 @@ use volgrad::shift::{Depth, Kernel, Link, MAX_RUN, Mode, Next, Options, Place, R
 
 const DISK: Kernel = Kernel::Disk(Radius::Pixels(1.5));
 const BALL: Kernel = Kernel::Ball(0.35);
-const ALL_MODES: [Mode; 7] = [
-    Mode::FirstOrder,
-    Mode::HalfOrder,
-    Mode::LogLinear,
-    Mode::LinearDepth,
-    Mode::Exact,
-    Mode::TwoLevel,
-    Mode::Exchangeable,
-];
+const ALL_MODES: [Mode; 7] =
+    [Mode::FirstOrder, Mode::HalfOrder, Mode::LogLinear, Mode::LinearDepth, Mode::Exact, Mode::TwoLevel, Mode::Exchangeable];
 
 fn options(mode: Mode, kernel: Kernel, count: usize, run: usize) -> Options {
     Options { run, ..Options::new(mode, kernel, count) }
@@ -86,7 +79,10 @@ fn a_record_is_the_whole_path() {
                 let plain = record.plain;
                 let path = record.finish();
                 let carried = path.as_ref().map_or(Colour::ZERO, |path| path.carried(&scene));
-                assert!((plain + carried - whole).length() <= 1e-10 * whole.length(), "{run}: {plain} and {carried} of {whole}");
+                assert!(
+                    (plain + carried - whole).length() <= 1e-10 * whole.length(),
+                    "{run}: {plain} and {carried} of {whole}"
+                );
                 let Some(path) = path else { continue };
                 long += usize::from(path.run().len() == run);
                 beside += usize::from(path.onwards.is_some_and(|onwards| onwards.from + 1 < path.run().len()));
@@ -144,9 +140,15 @@ fn a_shift_by_nothing_changes_nothing() {
 /// The radius after i samples is that of the first one times i^((alpha - 1)/3); a tile keeps its size.
 #[test]
 fn the_radius_follows_its_schedule() {
-    for (alpha, samples, factor) in
-        [(1.0, 1e6, 1.0), (0.25, 0.0, 1.0), (0.25, 1.0, 1.0), (0.25, 1e4, 0.1), (0.25, 16.0, 0.5), (0.0, 8.0, 0.5), (0.7, 1e10, 0.1)]
-    {
+    for (alpha, samples, factor) in [
+        (1.0, 1e6, 1.0),
+        (0.25, 0.0, 1.0),
+        (0.25, 1.0, 1.0),
+        (0.25, 1e4, 0.1),
+        (0.25, 16.0, 0.5),
+        (0.0, 8.0, 0.5),
+        (0.7, 1e10, 0.1),
+    ] {
         let after = |kernel| Options { alpha, ..Options::new(Mode::LogLinear, kernel, 3) }.after(samples).kernel;
         let close = |radius: f64, first: f64| assert!((radius / (factor * first) - 1.0).abs() < 1e-12, "{alpha}, {samples}");
         match (after(Kernel::Disk(Radius::Pixels(4.0))), after(Kernel::Disk(Radius::World(0.3))), after(Kernel::Ball(0.2))) {
