@@ -13,9 +13,10 @@ const SIDE: u32 = 8;
 pub fn record(world: &World, options: sampler::Options, pass: u64) -> Record {
     let (scene, pixel) = (world.scene(), (pass % u64::from(SIDE * SIDE)) as u32);
     let tracer = PathTracer { scene: &scene, queries: &world.geometry, options };
-    let middle = DVec2::new(f64::from(pixel % SIDE), f64::from(pixel / SIDE)) + 0.4;
+    // No place in a pixel whose rays meet an edge of a box.
+    let place = DVec2::new(f64::from(pixel % SIDE) + 0.37, f64::from(pixel / SIDE) + 0.43);
     let lens = scene.camera.lens_point(DVec2::new(0.2, 0.6));
-    let mut view = [View::through(&scene, middle, lens)];
+    let mut view = [View::through(&scene, place, lens)];
     View::trace(&mut view, &scene, &world.geometry).expect("never stops");
     let mut numbers = RandomNumbers::for_path(options.seed, pass, pixel);
     tracer.trace(view[0], &mut numbers, &mut Stats::default()).expect("never stops")
