@@ -83,9 +83,9 @@ fn next_event_alone(path: &Shiftable, run: &[RunVertex]) -> Shiftable {
     alone
 }
 
-/// A host's positions are in single precision: 1e-7 of a world unit, times gradients of log f of up to some 10 per unit. The pairs that
-/// differ more have an offset within rounding of the stay rule's bounds, or of an edge.
-const SINGLE: f64 = 2e-5;
+/// Relative to the largest splat. A host's positions are in single precision; the few splats that differ more are near a neighbour, or have
+/// an offset within rounding of the stay rule's bounds or of an edge.
+const SINGLE: f64 = 1e-6;
 const MOST_APART: f64 = 2e-3;
 
 #[test]

@@ -3,7 +3,9 @@
 mod toy;
 
 use toy::batch::{paths, record, splats};
-use toy::scenes::{World, camera, edges_under_area_lights, edges_under_point_light, edges_with_specular_surfaces, homogeneous};
+use toy::scenes::{
+    World, camera, edges_under_area_lights, edges_under_point_light, edges_with_specular_surfaces, homogeneous, rectangle,
+};
 use volgrad::math::{Colour, DVec2, DVec3, luminance};
 use volgrad::medium::NONE;
 use volgrad::sampler;
@@ -177,6 +179,43 @@ fn flat(mut camera: Camera) -> (World, Shiftable) {
     let (depth, to_previous) = (Depth::default(), -image.ray.direction);
     let first = RunVertex { x, place: Place::Medium(0), depth, to_previous, distance: image.distance, light };
     (world, Shiftable::new(image, first))
+}
+
+/// The same on a wall.
+fn flat_wall() -> (World, Shiftable) {
+    let (mut world, mut path) = flat(camera([0.0; 3], 0.01, 64));
+    let distance = path.first().x.z;
+    world = world.surface(
+        rectangle([-100.0, -100.0, distance], [0.0, 200.0, 0.0], [200.0, 0.0, 0.0]),
+        Bsdf::Diffuse { albedo: Colour::splat(0.5) },
+    );
+    if let Some(vertex) = path.last_mut() {
+        vertex.place = Place::Surface { material: world.materials.len() as u32 - 1, normal: -DVec3::Z, medium: 0 };
+        let link = Link { next: Next::Direction(DVec3::new(0.0, 0.6, -0.8)), depth: Depth::default() };
+        vertex.light = Some((link, Colour::ONE));
+    }
+    (world, path)
+}
+
+/// The members of an exchangeable batch, the path itself among them, are alike: any two are as far apart as any other two, which is
+/// two steps of the kernel, of mean square r² in all (the variance of that over r⁴ is below 1: |z| < 4.5).
+#[test]
+fn the_members_of_an_exchangeable_batch_are_alike() {
+    const BATCHES: u64 = 20_000;
+    const RADIUS: f64 = 3.0;
+    let options = options(Mode::Exchangeable, Kernel::Disk(Radius::Pixels(RADIUS)), 2, 1);
+    for (world, path) in [flat(camera([0.0; 3], 0.01, 64)), flat_wall()] {
+        let mut squares = [0.0; 3];
+        for pass in 0..BATCHES {
+            let splats = splats(&world, &options, &path, pass);
+            let [a, b, own] = splats[..] else { panic!("{} splats", splats.len()) };
+            for (sum, (p, q)) in squares.iter_mut().zip([(own, a), (own, b), (a, b)]) {
+                *sum += (p.0 - q.0).length_squared() / (RADIUS * RADIUS * BATCHES as f64);
+            }
+        }
+        println!("mean squares {squares:.3?} of 1");
+        assert!(squares.iter().all(|square| (square - 1.0).abs() < 4.5 / (BATCHES as f64).sqrt()), "{squares:?}");
+    }
 }
 
 /// Where the splats beside the path's own fall, in pixels from it.

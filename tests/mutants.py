@@ -67,14 +67,14 @@ MUTANTS = [
         "src/shift/place.rs",
         "let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };",
         "let centre = x;",
-        "unbiased exchangeable_ball_under_a_point_light",
+        "unbiased exchangeable_disk_under_a_point_light",
     ),
     Mutant(
         "exchangeable without a common centre on the image",
         "src/shift/place.rs",
         "let centre = if options.mode == Mode::Exchangeable { own + offset() } else { own };",
         "let centre = own;",
-        "unbiased from_rough_and_two_sided_surfaces",
+        "kernels the_members_of_an_exchangeable_batch",
     ),
     Mutant(
         "exchangeable, thesis' choice: the sum leaves the path itself out",
@@ -190,7 +190,7 @@ MUTANTS = [
         "src/shift/evaluate.rs",
         "value.step(scene, path, i, Place::Medium(last.medium), optical_depth(&line));",
         "value.step(scene, path, i, Place::Medium(last.medium), vertex.depth.at_x + 0.0 * optical_depth(&line));",
-        "unbiased exchangeable_disk_under_a_point_light",
+        "host_sampler a_shifted_splat",
     ),
     Mutant(
         "runs: members keep the medium of each vertex",
