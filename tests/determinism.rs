@@ -3,21 +3,30 @@
 
 mod toy;
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use toy::Geometry;
-use toy::scenes::{World, camera, edges_under_area_lights, homogeneous};
+use toy::batch::record;
+use toy::scenes::{World, camera, edges_under_area_lights, edges_with_specular_surfaces, homogeneous};
 use volgrad::film::{Cell, Film};
-use volgrad::math::{Colour, DVec2, Vec3};
-use volgrad::sampler::{Options, PathTracer, RandomNumbers, Stats, shift_numbers};
+use volgrad::math::{Colour, Vec3};
+use volgrad::sampler::{Options, PathTracer, Stats, shift_numbers};
 use volgrad::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, Light, MAX_SEGMENTS, Queries, Ray, Stop};
-use volgrad::shift::{self, Kernel, Mode, Radius};
+use volgrad::shift::{self, Draw, Kernel, Mode, Radius};
 
 const PASSES: u64 = 16;
 const PIXELS: u32 = 64;
 
-fn options(mode: impl Into<Option<Mode>>) -> Options {
-    let shift = |mode| shift::Options { mode, kernel: Kernel::Ball, radius: Radius::World(0.3), count: 3 };
-    Options { max_depth: 6, rr_depth: 3, seed: 5, shift: mode.into().map(shift) }
+const BALL: Kernel = Kernel::Ball(0.3);
+const DISK: Kernel = Kernel::Disk(Radius::Pixels(1.0));
+
+/// Runs of up to three vertices; 3 × 3 pixels are a tile.
+fn options(shift: Option<(Mode, Kernel)>) -> Options {
+    let shift = shift.map(|(mode, kernel)| {
+        let count = if kernel == Kernel::Tile { 8 } else { 3 };
+        shift::Options { run: 3, alpha: 0.25, ..shift::Options::new(mode, kernel, count) }
+    });
+    Options { max_depth: 6, rr_depth: 3, seed: 5, shift }
 }
 
 /// A film with its memory, and the counts of what went into it.
@@ -37,28 +46,33 @@ impl Picture {
         Film { width: 8, height: 8, cells: &mut self.cells, dropped: &mut self.dropped }
     }
 
-    /// Samples those (pass, pixel) pairs; stops at the first error.
+    /// Samples those passes' pixels; stops at the first error.
     fn sample(
         &mut self,
         world: &World,
         queries: &impl Queries,
-        mode: impl Into<Option<Mode>>,
-        work: impl Iterator<Item = (u64, u32)>,
+        options: Options,
+        mut work: impl Iterator<Item = Work>,
     ) -> Result<(), Stop> {
         let scene = world.scene();
-        let tracer = PathTracer { scene: &scene, queries, options: options(mode) };
+        let tracer = PathTracer { scene: &scene, queries, options };
         let mut stats = self.stats;
         let mut film = self.film();
-        let mut work = work;
-        let result = work.try_for_each(|(pass, pixel)| tracer.sample_pixel(pass, pixel, &mut film, &mut stats));
+        let result = work.try_for_each(|(pass, pixels)| tracer.sample_pixels(pass, pixels, &mut film, &mut stats));
         self.stats = stats;
         result
     }
 
-    fn of(world: &World, mode: Mode, work: impl Iterator<Item = (u64, u32)>) -> Self {
+    fn of(world: &World, options: Options, work: impl Iterator<Item = Work>) -> Self {
         let mut picture = Self::new();
-        picture.sample(world, &world.geometry, mode, work).expect("the toy host never stops");
+        picture.sample(world, &world.geometry, options, work).expect("the toy host never stops");
         picture
+    }
+
+    /// Without the counts of rays: a tile's are traced once for each piece of it.
+    fn without_rays(mut self) -> Self {
+        self.stats.rays = 0;
+        self
     }
 
     fn merge(mut self, other: Self) -> Self {
@@ -75,21 +89,45 @@ impl Picture {
     }
 }
 
-/// All of the work, pass by pass and row by row.
-fn work() -> impl DoubleEndedIterator<Item = (u64, u32)> {
-    (0..PASSES).flat_map(|pass| (0..PIXELS).map(move |pixel| (pass, pixel)))
+/// Pixels of a pass.
+type Work = (u64, Range<u32>);
+
+/// All of the work, pass by pass, in ranges of up to `length` pixels.
+fn work(length: u32) -> impl DoubleEndedIterator<Item = Work> {
+    let starts = (0..PIXELS).step_by(length as usize);
+    (0..PASSES).flat_map(move |pass| starts.clone().map(move |start| (pass, start..(start + length).min(PIXELS))))
 }
+
+/// Through a lens, whose point all paths of a tile share.
+fn lens_world() -> World {
+    let mut world = edges_with_specular_surfaces();
+    (world.camera.lens_radius, world.camera.focal_distance) = (0.2, 2.5);
+    world
+}
+
+const SHIFTS: [(Mode, Kernel); 6] = [
+    (Mode::Exact, BALL),
+    (Mode::Exchangeable, DISK),
+    (Mode::LogLinear, BALL),
+    (Mode::TwoLevel, Kernel::Tile),
+    (Mode::Exchangeable, Kernel::Tile),
+    (Mode::FirstOrder, Kernel::Tile),
+];
 
 #[test]
 fn any_split_and_order_gives_the_same_bits() {
-    let world = edges_under_area_lights();
-    for mode in [Mode::Exact, Mode::Exchangeable, Mode::LogLinear] {
-        let whole = Picture::of(&world, mode, work());
+    let world = lens_world();
+    for shift in SHIFTS {
+        let picture = |work: &mut dyn Iterator<Item = Work>| Picture::of(&world, options(Some(shift)), work).without_rays();
+        let whole = picture(&mut work(PIXELS));
         assert!(whole.stats.shifted_paths > 100 && whole.cells.iter().filter(|cell| cell.0[1] > 0).count() > 50);
-        assert_eq!(whole, Picture::of(&world, mode, work().rev()), "backwards");
+        for length in [1, 7, 24] {
+            assert_eq!(whole, picture(&mut work(length)), "{shift:?}, {length} pixels at a time");
+            assert_eq!(whole, picture(&mut work(length).rev()), "{shift:?}, {length} pixels at a time, backwards");
+        }
         let part =
-            |share: &dyn Fn(u64, u32) -> bool| Picture::of(&world, mode, work().filter(|(pass, pixel)| share(*pass, *pixel)));
-        let by_pixels: [Picture; 3] = std::array::from_fn(|i| part(&|_, pixel| pixel % 3 == i as u32));
+            |share: &dyn Fn(u64, u32) -> bool| picture(&mut work(5).filter(|(pass, pixels)| share(*pass, pixels.start / 5)));
+        let by_pixels: [Picture; 3] = std::array::from_fn(|i| part(&|_, range| range % 3 == i as u32));
         let by_passes: [Picture; 3] = std::array::from_fn(|i| part(&|pass, _| pass % 3 == i as u64));
         for parts in [by_pixels, by_passes] {
             let [a, b, c] = parts;
@@ -102,19 +140,21 @@ fn any_split_and_order_gives_the_same_bits() {
 /// Two threads take work as they come, each into its own film.
 #[test]
 fn threads_give_the_same_bits() {
-    let world = edges_under_area_lights();
-    let next = AtomicU64::new(0);
-    let one_thread = || {
-        let count = PASSES * u64::from(PIXELS);
-        let claim = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < count);
-        let work = std::iter::from_fn(claim).map(|i| (i / u64::from(PIXELS), (i % u64::from(PIXELS)) as u32));
-        Picture::of(&world, Mode::Exact, work)
-    };
-    let (a, b) = std::thread::scope(|scope| {
-        let other = scope.spawn(one_thread);
-        (one_thread(), other.join().expect("no panic"))
-    });
-    assert_eq!(Picture::of(&world, Mode::Exact, work()), a.merge(b));
+    let world = lens_world();
+    for shift in [(Mode::Exact, BALL), (Mode::Exchangeable, Kernel::Tile)] {
+        let all: Vec<Work> = work(11).collect();
+        let next = AtomicU64::new(0);
+        let one_thread = || {
+            let claim = || all.get(next.fetch_add(1, Ordering::Relaxed) as usize).cloned();
+            Picture::of(&world, options(Some(shift)), std::iter::from_fn(claim))
+        };
+        let (a, b) = std::thread::scope(|scope| {
+            let other = scope.spawn(one_thread);
+            (one_thread(), other.join().expect("no panic"))
+        });
+        let whole = Picture::of(&world, options(Some(shift)), work(PIXELS));
+        assert_eq!(whole.without_rays(), a.merge(b).without_rays());
+    }
 }
 
 /// A host whose answers to one kind of query are changed, from the `from`th on.
@@ -149,7 +189,7 @@ impl<F: Fn(&mut Hit) -> Result<(), Stop>> Queries for Faulty<'_, F> {
 
 /// What sampling everything, with or without shifts, comes to when the host's answers are changed by `fault`.
 fn with_fault(
-    mode: Option<Mode>,
+    shift: Option<(Mode, Kernel)>,
     occlusion: bool,
     from: u64,
     fault: impl Fn(&mut Hit) -> Result<(), Stop>,
@@ -157,7 +197,7 @@ fn with_fault(
     let world = edges_under_area_lights();
     let host = Faulty { geometry: &world.geometry, occlusion, from, asked: AtomicU64::new(0), fault };
     let mut picture = Picture::new();
-    let result = picture.sample(&world, &host, mode, work());
+    let result = picture.sample(&world, &host, options(shift), work(PIXELS));
     (result, picture)
 }
 
@@ -227,11 +267,12 @@ fn answers_that_break_the_contract_stop_the_call() {
 fn a_shift_checks_its_answers() {
     let world = edges_under_area_lights();
     let scene = world.scene();
-    let tracer = PathTracer { scene: &scene, queries: &world.geometry, options: options(Mode::Exact) };
-    let corner = DVec2::new(3.0, 3.0);
-    let mut numbers = RandomNumbers::for_path(5, 0, 27);
-    let (_, record) = tracer.trace(corner, &mut numbers, &mut Stats::default()).expect("never stops");
-    let path = record.finish().expect("seed 5 scatters in pixel 27");
+    let options = options(Some((Mode::Exact, BALL)));
+    let path = (0..64).find_map(|pass| {
+        let path = record(&world, options, pass).finish()?;
+        Some(path).filter(|path| !path.first().place.is_surface())
+    });
+    let path = path.expect("one of 64 paths scatters in a medium");
     for (what, change) in BAD_MEDIA {
         let free_only = |hit: &mut Hit| {
             if hit.kind == HIT_NONE {
@@ -240,19 +281,27 @@ fn a_shift_checks_its_answers() {
         };
         let host =
             Faulty { geometry: &world.geometry, occlusion: true, from: 0, asked: AtomicU64::new(0), fault: set(free_only) };
-        let shift = options(Mode::Exact).shift.expect("shifts");
-        let result = shift::shift(&scene, &host, &shift, &path, shift_numbers(5, 0, 27), |_, _| {});
+        let shift = options.shift.expect("shifts");
+        let draw = Draw { tiles: [0; 2], random: shift_numbers(5, 0, 27) };
+        let result = shift::shift(&scene, &host, &shift, &path, None, draw, |_, _| {});
         assert_eq!(result, Err(Stop::InvalidHit), "{what}");
     }
 }
 
+/// What was finished before is kept, path by path: the film holds all splats of those and none of the one that was stopped.
 #[test]
-fn a_callback_that_stops_is_passed_on() {
-    for occlusion in [false, true] {
-        let (result, picture) = with_fault(Some(Mode::Exact), occlusion, 200, |_| Err(Stop::Callback(-42)));
-        assert_eq!(result, Err(Stop::Callback(-42)));
-        // What was finished before is kept, and all finite.
-        assert!(picture.stats.paths > 10 && picture.cells.iter().any(|cell| cell.value().max_element() > 0.0));
+fn a_callback_that_stops_leaves_whole_paths() {
+    let world = edges_under_area_lights();
+    for shift in SHIFTS {
+        for (occlusion, from) in [(false, 200), (true, 200), (true, 777), (false, 1234)] {
+            let (result, picture) = with_fault(Some(shift), occlusion, from, |_| Err(Stop::Callback(-42)));
+            assert_eq!(result, Err(Stop::Callback(-42)));
+            let paths = picture.stats.paths as u32;
+            assert!(paths > 10, "{paths}");
+            let (passes, rest) = (u64::from(paths / PIXELS), paths % PIXELS);
+            let finished = work(PIXELS).take(passes as usize).chain([(passes, 0..rest)]);
+            assert_eq!(picture.cells, Picture::of(&world, options(Some(shift)), finished).cells, "{shift:?}");
+        }
     }
 }
 
@@ -279,6 +328,8 @@ fn more_media_than_fit_are_counted() {
         })
     };
     let (few, many) = (nested(7), nested(9));
-    assert_eq!(Picture::of(&few, Mode::Exact, work()).stats.overflows, 0);
-    assert_eq!(Picture::of(&many, Mode::Exact, work()).stats.overflows, PASSES * u64::from(PIXELS));
+    for kernel in [BALL, Kernel::Tile] {
+        let overflows = |world| Picture::of(world, options(Some((Mode::Exact, kernel))), work(PIXELS)).stats.overflows;
+        assert_eq!((overflows(&few), overflows(&many)), (0, PASSES * u64::from(PIXELS)));
+    }
 }

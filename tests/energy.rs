@@ -71,10 +71,8 @@ fn furnace_with_walls() {
 
 #[test]
 fn furnace_with_shifts() {
-    for (mode, kernel, radius) in
-        [(Mode::Exact, Kernel::Disk, Radius::Pixels(1.0)), (Mode::Exchangeable, Kernel::Ball, Radius::World(0.3))]
-    {
-        let shift = Some(shift::Options { mode, kernel, radius, count: 3 });
+    for (mode, kernel) in [(Mode::Exact, Kernel::Disk(Radius::Pixels(1.0))), (Mode::Exchangeable, Kernel::Ball(0.3))] {
+        let shift = Some(shift::Options::new(mode, kernel, 3));
         assert_furnace(&format!("{mode:?}"), &furnace(white_grid()), 1024, shift);
     }
 }
@@ -131,7 +129,7 @@ fn how_often_a_light_is_picked_changes_nothing_on_rough_surfaces() {
             .light(Light::Environment { radiance: Colour::splat(0.3) }, weight)
             .light(Light::Point { position: DVec3::new(0.0, 9.0, 0.0), intensity: Colour::ZERO }, 1.0)
     };
-    let shift = shift::Options { mode: Mode::Exact, kernel: Kernel::Disk, radius: Radius::Pixels(1.0), count: 3 };
+    let shift = shift::Options::new(Mode::Exact, Kernel::Disk(Radius::Pixels(1.0)), 3);
     let estimate = |weight, shift| Estimate::of_path_tracer(&world(weight), options(5, shift), 512 * scale());
     let never = estimate(0.0, None);
     let often = estimate(50.0, None);
@@ -178,7 +176,7 @@ fn how_often_an_environment_map_is_picked_changes_nothing() {
             .light(environment_map(|i| if i == 13 { 20.0 } else { (i % 3) as f32 }), weight)
             .light(Light::Point { position: DVec3::new(0.0, 9.0, 0.0), intensity: Colour::ZERO }, 1.0)
     };
-    let shift = shift::Options { mode: Mode::Exact, kernel: Kernel::Disk, radius: Radius::Pixels(1.0), count: 3 };
+    let shift = shift::Options::new(Mode::Exact, Kernel::Disk(Radius::Pixels(1.0)), 3);
     let estimate = |weight, shift| Estimate::of_path_tracer(&world(weight), options(5, shift), 512 * scale());
     let never = estimate(0.0, None);
     for (weight, shift) in [(0.05, None), (1.0, Some(shift))] {

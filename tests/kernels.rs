@@ -2,58 +2,32 @@
 
 mod toy;
 
-use toy::scenes::{World, edges_under_area_lights, edges_under_point_light, homogeneous};
+use toy::batch::{paths, record, splats};
+use toy::scenes::{
+    World, camera, edges_under_area_lights, edges_under_point_light, edges_with_specular_surfaces, homogeneous, rectangle,
+};
 use volgrad::math::{Colour, DVec2, DVec3, luminance};
-use volgrad::sampler::{self, PathTracer, RandomNumbers, Stats, shift_numbers};
-use volgrad::shift::{self, Kernel, Mode, Radius, Shiftable};
+use volgrad::medium::NONE;
+use volgrad::sampler;
+use volgrad::scene::{Bsdf, Camera, Light};
+use volgrad::shift::{Depth, Kernel, Link, MAX_RUN, Mode, Next, Options, Place, Radius, RunVertex, Shiftable};
 
-fn options(mode: Mode, kernel: Kernel, radius: Radius, count: usize) -> shift::Options {
-    shift::Options { mode, kernel, radius, count }
-}
+const DISK: Kernel = Kernel::Disk(Radius::Pixels(1.5));
+const BALL: Kernel = Kernel::Ball(0.35);
+const ALL_MODES: [Mode; 7] =
+    [Mode::FirstOrder, Mode::HalfOrder, Mode::LogLinear, Mode::LinearDepth, Mode::Exact, Mode::TwoLevel, Mode::Exchangeable];
 
-/// Shiftable paths of the path sampler.
-fn paths(world: &World, count: u64) -> Vec<Shiftable> {
-    let scene = world.scene();
-    let shift = Some(options(Mode::Exact, Kernel::Ball, Radius::World(0.1), 1));
-    let options = sampler::Options { max_depth: 6, rr_depth: 4, seed: 11, shift };
-    let tracer = PathTracer { scene: &scene, queries: &world.geometry, options };
-    let path = |pass: u64| {
-        let pixel = (pass % 64) as u32;
-        let corner = DVec2::new(f64::from(pixel % 8), f64::from(pixel / 8));
-        let (_, record) = tracer.trace(corner, &mut RandomNumbers::for_path(11, pass, pixel), &mut Stats::default()).ok()?;
-        record.finish()
-    };
-    (0..count).filter_map(path).collect()
-}
-
-/// All that a path contributes where it was sampled.
-fn own_contribution(world: &World, path: &Shiftable) -> Colour {
-    let scene = world.scene();
-    let links = path.links.iter().enumerate().filter_map(|(i, link)| Some((i, link.as_ref()?)));
-    links
-        .map(|(i, link)| {
-            let value = path.value(&scene, i);
-            let wings = link.wings().iter().zip(value.wings);
-            value.colour * (link.plain + wings.map(|((_, rest), phase)| *rest * phase).sum::<Colour>())
-        })
-        .sum()
-}
-
-fn splats(world: &World, options: &shift::Options, path: &Shiftable, pass: u64) -> Vec<(DVec2, Colour)> {
-    let mut splats = vec![];
-    let random = shift_numbers(3, pass, 0);
-    shift::shift(&world.scene(), &world.geometry, options, path, random, |p, c| splats.push((p, c))).expect("never stops");
-    splats
+fn options(mode: Mode, kernel: Kernel, count: usize, run: usize) -> Options {
+    Options { run, ..Options::new(mode, kernel, count) }
 }
 
 /// The same scene with grey media and surfaces.
 fn grey(mut world: World) -> World {
-    for (medium, density) in world.media.clone().iter().map(|m| m.density).enumerate() {
-        let g = world.media[medium].phase.g;
-        world.media[medium] = volgrad::medium::Medium { density, ..homogeneous([1.3; 3], [0.8; 3], g) };
+    for medium in &mut world.media {
+        *medium = volgrad::medium::Medium { density: medium.density, ..homogeneous([1.3; 3], [0.8; 3], medium.phase.g) };
     }
     for bsdf in &mut world.materials {
-        if let volgrad::scene::Bsdf::Diffuse { albedo } = bsdf {
+        if let Bsdf::Diffuse { albedo } = bsdf {
             *albedo = Colour::splat(albedo.x);
         }
     }
@@ -64,88 +38,232 @@ fn grey(mut world: World) -> World {
 #[test]
 fn an_exchangeable_batch_keeps_the_energy_of_a_grey_path() {
     let world = grey(edges_under_point_light());
-    let mut moved = 0.0;
-    for kernel in [(Kernel::Disk, Radius::Pixels(1.5)), (Kernel::Ball, Radius::World(0.35))] {
-        let options = options(Mode::Exchangeable, kernel.0, kernel.1, 8);
-        for (pass, path) in paths(&world, 4000).iter().enumerate() {
-            let own = luminance(own_contribution(&world, path));
+    let scene = world.scene();
+    for (kernel, run) in [(DISK, 1), (BALL, 3), (Kernel::Tile, 1), (Kernel::Tile, MAX_RUN)] {
+        let mut moved = 0.0;
+        let options = options(Mode::Exchangeable, kernel, 8, run);
+        for (pass, path) in paths(&world, &options, 2000).iter().enumerate() {
+            let own = luminance(path.carried(&scene));
             let splats = splats(&world, &options, path, pass as u64);
             let sum: f64 = splats.iter().map(|(_, c)| luminance(*c)).sum();
-            assert!((sum - own).abs() <= 1e-12 * own, "{sum} of {own}");
+            assert!((sum - own).abs() <= 1e-12 * own, "{kernel:?}, run {run}: {sum} of {own}");
             assert!(splats.iter().all(|(_, c)| c.min_element() >= 0.0));
-            moved += splats.iter().skip(1).map(|(_, c)| luminance(*c)).sum::<f64>() / own;
+            let (_, others) = splats.split_last().expect("the path's own splat");
+            moved += others.iter().map(|(_, c)| luminance(*c)).sum::<f64>() / own;
         }
+        assert!(moved > 200.0, "{kernel:?}, run {run}: only {moved} paths' worth of energy moved");
     }
-    assert!(moved > 1000.0, "only {moved} paths' worth of energy moved");
 }
 
-/// Where a path has several links or colours, the weights are the changing factors' and not the whole path's; still no splat
-/// falls off the image, and a batch of one offset and none agree where the offset has nowhere to go.
+/// Where f is the same all around, every member of an exchangeable batch gets the same share of it.
+#[test]
+fn an_exchangeable_batch_is_shared_out_evenly_where_f_is_flat() {
+    let (world, path) = flat(camera([0.0; 3], 0.01, 64));
+    let own = path.carried(&world.scene());
+    for kernel in [Kernel::Disk(Radius::Pixels(1.0)), Kernel::Tile] {
+        for (_, colour) in splats(&world, &options(Mode::Exchangeable, kernel, 8, 1), &path, 0) {
+            assert!((9.0 * colour - own).length() < 2e-3 * own.length(), "{kernel:?}: {colour} is not a ninth of {own}");
+        }
+    }
+}
+
+/// Whatever a sampled path may take along on its run, and what stays: together they are what the sampler finds without shifts.
+#[test]
+fn a_record_is_the_whole_path() {
+    for (world, is_specular) in [(edges_under_area_lights(), false), (edges_with_specular_surfaces(), true)] {
+        let scene = world.scene();
+        let sampler = |shift| sampler::Options { max_depth: 10, rr_depth: 4, seed: 11, shift };
+        for (run, mode) in [(1, Mode::Exact), (2, Mode::LogLinear), (3, Mode::Exchangeable), (MAX_RUN, Mode::TwoLevel)] {
+            let (mut long, mut beside) = (0, 0);
+            for pass in 0..4000 {
+                let whole = record(&world, sampler(None), pass).plain;
+                let record = record(&world, sampler(Some(options(mode, DISK, 1, run))), pass);
+                let plain = record.plain;
+                let path = record.finish();
+                let carried = path.as_ref().map_or(Colour::ZERO, |path| path.carried(&scene));
+                assert!(
+                    (plain + carried - whole).length() <= 1e-10 * whole.length(),
+                    "{run}: {plain} and {carried} of {whole}"
+                );
+                let Some(path) = path else { continue };
+                long += usize::from(path.run().len() == run);
+                beside += usize::from(path.onwards.is_some_and(|onwards| onwards.from + 1 < path.run().len()));
+            }
+            println!("run {run}: {long} of full length, {beside} end before their last vertex");
+            assert!(long > 5 && (beside > 5) == (is_specular && run > 1));
+        }
+    }
+}
+
+/// No splat falls off the image where offsets have nowhere to go, and all that the path carries is kept.
 #[test]
 fn a_batch_without_offsets_is_the_path_itself() {
-    let world = edges_under_area_lights();
-    for mode in [Mode::Exact, Mode::Exchangeable, Mode::LogLinear] {
-        let options = options(mode, Kernel::Disk, Radius::Pixels(1.0), 0);
-        for path in paths(&world, 2000) {
-            let own = own_contribution(&world, &path);
-            let splats = splats(&world, &options, &path, 0);
-            let sum: Colour = splats.iter().map(|(_, c)| *c).sum();
-            assert!((sum - own).length() <= 1e-12 * own.length(), "{mode:?}: {sum} of {own}");
-            assert!(splats.iter().all(|(p, _)| *p == path.image.pixel));
+    let world = edges_with_specular_surfaces();
+    for mode in ALL_MODES {
+        for (kernel, run) in [(DISK, 1), (DISK, 3), (Kernel::Tile, MAX_RUN)] {
+            let options = options(mode, kernel, 0, run);
+            for path in paths(&world, &options, 500) {
+                let own = path.carried(&world.scene());
+                let splats = splats(&world, &options, &path, 0);
+                let sum: Colour = splats.iter().map(|(_, c)| *c).sum();
+                assert!((sum - own).length() <= 1e-12 * own.length(), "{mode:?}: {sum} of {own}");
+                assert!(splats.iter().all(|(p, _)| *p == path.image.pixel));
+            }
         }
     }
 }
 
-/// The disk lies parallel to the image plane, so that x and y have the same radius in pixels; it is uniform by area.
+/// At the same place a member's f is the path's own, whether its rays are asked for or its optical depths
+/// predicted: with offsets that lead nowhere every splat is an equal share.
 #[test]
-fn the_disk_is_symmetric() {
-    let camera = toy::scenes::camera([0.3, -0.2, -3.0], 0.8, 8);
-    let options = options(Mode::Exact, Kernel::Disk, Radius::Pixels(1.5), 1);
-    let x = DVec3::new(1.3, -0.9, 0.4);
-    let radius = options.radius_at(&camera, x);
-    let samples = draws(|u| {
-        let d = options.offset(&camera, radius, u);
-        assert_eq!(d.dot(camera.forward), 0.0);
-        let back = options.radius_at(&camera, x + d);
-        assert!((back - radius).abs() < 1e-15 * radius && d.length() <= radius * (1.0 + 1e-15));
-        let pixels = camera
-            .project(x + d, DVec2::ZERO)
-            .map(|image| image.pixel - camera.project(x, DVec2::ZERO).expect("in view").pixel);
-        assert!(pixels.is_none_or(|p| p.length() <= 1.5 + 1e-12));
-        (d / radius, (d / radius).length_squared())
-    });
-    assert_uniform(&samples);
+fn a_shift_by_nothing_changes_nothing() {
+    let world = edges_with_specular_surfaces();
+    let mut splat_count = 0;
+    for mode in ALL_MODES {
+        for run in [1, 3, MAX_RUN] {
+            let options = options(mode, Kernel::Disk(Radius::Pixels(1e-12)), 3, run);
+            for path in paths(&world, &options, 1000) {
+                let own = path.carried(&world.scene());
+                let splats = splats(&world, &options, &path, 0);
+                // Some modes leave paths that begin on a surface alone.
+                assert!(splats.len() == 4 || splats.len() == 1 && path.first().place.is_surface());
+                for (_, colour) in &splats {
+                    // Surfaces are met again, and faces crossed, in single precision.
+                    let close = (splats.len() as f64 * *colour - own).length() <= 1e-4 * own.length();
+                    assert!(close, "{mode:?}, run {run}: {colour} is not an equal share of {own}");
+                }
+                splat_count += splats.len();
+            }
+        }
+    }
+    println!("{splat_count} splats");
 }
 
-/// The ball is uniform by volume.
+/// The radius after i samples is that of the first one times i^((alpha - 1)/3); a tile keeps its size.
+#[test]
+fn the_radius_follows_its_schedule() {
+    for (alpha, samples, factor) in [
+        (1.0, 1e6, 1.0),
+        (0.25, 0.0, 1.0),
+        (0.25, 1.0, 1.0),
+        (0.25, 1e4, 0.1),
+        (0.25, 16.0, 0.5),
+        (0.0, 8.0, 0.5),
+        (0.7, 1e10, 0.1),
+    ] {
+        let after = |kernel| Options { alpha, ..Options::new(Mode::LogLinear, kernel, 3) }.after(samples).kernel;
+        let close = |radius: f64, first: f64| assert!((radius / (factor * first) - 1.0).abs() < 1e-12, "{alpha}, {samples}");
+        match (after(Kernel::Disk(Radius::Pixels(4.0))), after(Kernel::Disk(Radius::World(0.3))), after(Kernel::Ball(0.2))) {
+            (Kernel::Disk(Radius::Pixels(p)), Kernel::Disk(Radius::World(w)), Kernel::Ball(b)) => {
+                close(p, 4.0);
+                close(w, 0.3);
+                close(b, 0.2);
+            }
+            kernels => panic!("{kernels:?}"),
+        }
+        assert_eq!(after(Kernel::Tile), Kernel::Tile);
+    }
+}
+
+/// A vertex in a medium so thin that it changes nothing, far before the camera and lit from one direction: f is flat.
+fn flat(mut camera: Camera) -> (World, Shiftable) {
+    camera.medium = NONE;
+    let distance = 100.0;
+    let world = World::new(camera)
+        .medium([-1e3; 3], [1e3; 3], homogeneous([1e-9; 3], [0.8; 3], 0.0))
+        .light(Light::Directional { direction: -DVec3::Y, irradiance: Colour::ONE }, 1.0);
+    let x = world.camera.position + distance * world.camera.forward + 0.1 * world.camera.right;
+    let image = world.camera.project(x, DVec2::ZERO).expect("in view");
+    let link = Link { next: Next::Direction(DVec3::Y), depth: Depth::default() };
+    let light = Some((link, Colour::ONE));
+    let (depth, to_previous) = (Depth::default(), -image.ray.direction);
+    let first = RunVertex { x, place: Place::Medium(0), depth, to_previous, distance: image.distance, light };
+    (world, Shiftable::new(image, first))
+}
+
+/// The same on a wall.
+fn flat_wall() -> (World, Shiftable) {
+    let (mut world, mut path) = flat(camera([0.0; 3], 0.01, 64));
+    let distance = path.first().x.z;
+    world = world.surface(
+        rectangle([-100.0, -100.0, distance], [0.0, 200.0, 0.0], [200.0, 0.0, 0.0]),
+        Bsdf::Diffuse { albedo: Colour::splat(0.5) },
+    );
+    if let Some(vertex) = path.last_mut() {
+        vertex.place = Place::Surface { material: world.materials.len() as u32 - 1, normal: -DVec3::Z, medium: 0 };
+        let link = Link { next: Next::Direction(DVec3::new(0.0, 0.6, -0.8)), depth: Depth::default() };
+        vertex.light = Some((link, Colour::ONE));
+    }
+    (world, path)
+}
+
+/// The members of an exchangeable batch, the path itself among them, are alike: any two are as far apart as any other two, which is
+/// two steps of the kernel, of mean square r² in all (the variance of that over r⁴ is below 1: |z| < 4.5).
+#[test]
+fn the_members_of_an_exchangeable_batch_are_alike() {
+    const BATCHES: u64 = 20_000;
+    const RADIUS: f64 = 3.0;
+    let options = options(Mode::Exchangeable, Kernel::Disk(Radius::Pixels(RADIUS)), 2, 1);
+    for (world, path) in [flat(camera([0.0; 3], 0.01, 64)), flat_wall()] {
+        let mut squares = [0.0; 3];
+        for pass in 0..BATCHES {
+            let splats = splats(&world, &options, &path, pass);
+            let [a, b, own] = splats[..] else { panic!("{} splats", splats.len()) };
+            for (sum, (p, q)) in squares.iter_mut().zip([(own, a), (own, b), (a, b)]) {
+                *sum += (p.0 - q.0).length_squared() / (RADIUS * RADIUS * BATCHES as f64);
+            }
+        }
+        println!("mean squares {squares:.3?} of 1");
+        assert!(squares.iter().all(|square| (square - 1.0).abs() < 4.5 / (BATCHES as f64).sqrt()), "{squares:?}");
+    }
+}
+
+/// Where the splats beside the path's own fall, in pixels from it.
+fn offsets(world: &World, path: &Shiftable, kernel: Kernel) -> Vec<DVec2> {
+    let options = options(Mode::LinearDepth, kernel, 32, 1);
+    let all = (0..DRAWS as u64 / 32).flat_map(|pass| {
+        let mut splats = splats(world, &options, path, pass);
+        splats.pop();
+        splats
+    });
+    all.map(|(pixel, _)| pixel - path.image.pixel).collect()
+}
+
+/// The disk is uniform by area.
+#[test]
+fn the_disk_is_symmetric() {
+    let (world, path) = flat(camera([0.0; 3], 0.01, 64));
+    let samples: Vec<_> = offsets(&world, &path, Kernel::Disk(Radius::Pixels(8.0))).iter().map(|d| *d / 8.0).collect();
+    assert!(samples.iter().all(|d| d.length() < 1.0 + 1e-9));
+    assert_uniform(&samples, |r| r * r);
+}
+
+/// The ball is uniform by volume: seen from far away, along any axis, as much of it as its shadow says.
 #[test]
 fn the_ball_is_symmetric() {
-    let camera = toy::scenes::camera([0.0; 3], 0.8, 8);
-    let options = options(Mode::Exact, Kernel::Ball, Radius::World(0.25), 1);
-    let samples = draws(|u| {
-        let d = options.offset(&camera, 0.25, u) / 0.25;
-        assert!(d.length() <= 1.0 + 1e-15);
-        (d, d.length().powi(3))
-    });
-    assert_uniform(&samples);
+    let along_z = camera([0.0; 3], 0.01, 64);
+    let along_x = Camera { forward: DVec3::X, right: DVec3::Y, up: DVec3::Z, ..along_z };
+    for camera in [along_z, along_x] {
+        let (world, path) = flat(camera);
+        let radius = 0.25;
+        let pixels = radius / (camera.pixel_size() * camera.depth(path.first().x));
+        let samples: Vec<_> = offsets(&world, &path, Kernel::Ball(radius)).iter().map(|d| *d / pixels).collect();
+        assert!(samples.iter().all(|d| d.length() < 1.003), "the camera is not infinitely far away");
+        assert_uniform(&samples, |r| 1.0 - (1.0 - (r * r).min(1.0)).powf(1.5));
+    }
 }
 
 const DRAWS: usize = 1 << 16;
 
-/// Offsets in units of the radius, and the measure of what is nearer than they are, in [0, 1].
-fn draws(mut offset: impl FnMut([f64; 3]) -> (DVec3, f64)) -> Vec<(DVec3, f64)> {
-    let mut random = shift_numbers(5, 0, 0);
-    (0..DRAWS).map(|_| offset(std::array::from_fn(|_| random()))).collect()
-}
-
-/// The measure is uniform (Kolmogorov–Smirnov, significance 1e-4: D < 2.23/√n), and offsets d and −d are alike: their mean is 0
-/// (each component has variance below 1/4: |z| < 4.5).
-fn assert_uniform(samples: &[(DVec3, f64)]) {
+/// `measure` of the distance is uniform (Kolmogorov–Smirnov, significance 1e-4: D < 2.23/√n), and offsets d and −d are alike: their
+/// mean is 0 (each component has variance below 1/4: |z| < 4.5).
+fn assert_uniform(samples: &[DVec2], measure: impl Fn(f64) -> f64) {
+    assert_eq!(samples.len(), DRAWS, "some fell off the image");
     let n = DRAWS as f64;
-    let mut measures: Vec<f64> = samples.iter().map(|(_, m)| *m).collect();
+    let mut measures: Vec<f64> = samples.iter().map(|d| measure(d.length())).collect();
     measures.sort_by(f64::total_cmp);
     let distance = measures.iter().enumerate().map(|(i, m)| (m - i as f64 / n).abs()).fold(0.0, f64::max);
-    let mean = samples.iter().map(|(d, _)| *d).sum::<DVec3>() / n;
+    let mean = samples.iter().copied().sum::<DVec2>() / n;
     println!("KS {:.2} of 2.23, mean {:.2} of 4.5", distance * n.sqrt(), mean.abs().max_element() * 2.0 * n.sqrt());
     assert!(distance < 2.23 / n.sqrt() && mean.abs().max_element() < 4.5 * 0.5 / n.sqrt());
 }

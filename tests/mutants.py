@@ -28,10 +28,10 @@ class Mutant:
 MUTANTS = [
     # The shifts: what makes the unbiased modes unbiased.
     Mutant(
-        "exact without the stay rule: rejected offsets are lost",
+        "no stay rule: rejected offsets are lost",
         "src/shift/weight.rs",
-        "at_own += here.colour * rest * wing;",
-        "let _ = &mut at_own;",
+        "split.stays += self.carried[g];",
+        "",
         "unbiased exact_disk_under_a_point_light",
     ),
     Mutant(
@@ -49,30 +49,51 @@ MUTANTS = [
         "unbiased exact_ball_under_a_point_light",
     ),
     Mutant(
+        "two_level: the exact members correct only themselves",
+        "src/shift/weight.rs",
+        "let there = c.there + (e.there - c.there) * share;",
+        "let there = e.there + 0.0 * share;",
+        "unbiased two_level_disk_under_a_point_light",
+    ),
+    Mutant(
+        "two_level corrects what moves but not what stays",
+        "src/shift/weight.rs",
+        "let stays = c.stays + (e.stays - c.stays) * share;",
+        "let stays = c.stays;",
+        "unbiased two_level_tile_beside_specular_surfaces",
+    ),
+    Mutant(
         "exchangeable without a common centre",
-        "src/shift/batch.rs",
-        "Mode::Exchangeable => self.path.x + offset(),",
-        "Mode::Exchangeable => self.path.x,",
-        "unbiased exchangeable_ball_under_a_point_light",
+        "src/shift/place.rs",
+        "let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };",
+        "let centre = x;",
+        "unbiased exchangeable_disk_under_a_point_light",
+    ),
+    Mutant(
+        "exchangeable without a common centre on the image",
+        "src/shift/place.rs",
+        "let centre = if options.mode == Mode::Exchangeable { own + offset() } else { own };",
+        "let centre = own;",
+        "kernels the_members_of_an_exchangeable_batch",
     ),
     Mutant(
         "exchangeable, thesis' choice: the sum leaves the path itself out",
         "src/shift/weight.rs",
-        "for member in members {\n            let value = &member.links[i];\n            let s = luminance(value.colour);",
-        "for member in members.iter().skip(1) {\n            let value = &member.links[i];\n            let s = luminance(value.colour);",
+        "let share = own / (own + others.sum::<f64>());",
+        "let share = (own / others.sum::<f64>()).min(1.0);",
         "kernels energy",
     ),
     Mutant(
         "the camera edge is never occluded",
-        "src/shift/batch.rs",
+        "src/shift/evaluate.rs",
         "if hit.kind == wanted {",
         "let start = self.scene.camera.position + self.scene.camera.near_clip * self.scene.camera.forward;\n"
         "            if hit.kind == wanted || wanted == HIT_NONE && (rays[0].origin.wide() - start).length() < 0.2 {",
         "unbiased exact_disk_under_a_point_light",
     ),
     Mutant(
-        "the other edge is never occluded",
-        "src/shift/batch.rs",
+        "other edges are never occluded",
+        "src/shift/evaluate.rs",
         "if hit.kind == wanted {",
         "let start = self.scene.camera.position + self.scene.camera.near_clip * self.scene.camera.forward;\n"
         "            if hit.kind == wanted || wanted == HIT_NONE && (rays[0].origin.wide() - start).length() > 0.2 {",
@@ -80,26 +101,25 @@ MUTANTS = [
     ),
     Mutant(
         "a disk across the camera ray",
-        "src/shift/batch.rs",
-        "let mut offset = || self.options.offset(camera, self.radius, [random(), random(), random()]);",
-        "let (s, t) = crate::math::orthonormal_basis(self.path.image.ray.direction);\n"
-        "        let tilted = crate::scene::Camera { right: s, up: t, ..*camera };\n"
-        "        let mut offset = || self.options.offset(&tilted, self.radius, [random(), random(), random()]);",
+        "src/shift/kernel.rs",
+        "d.x * camera.right + d.y * camera.up",
+        "let (s, t) = crate::math::orthonormal_basis((x - camera.position).normalize());\n"
+        "                d.x * s + d.y * t",
         "unbiased exact_disk_under_a_point_light",
     ),
     Mutant(
         "a shifted surface without its cosine",
-        "src/shift/link.rs",
-        "bsdf.eval(normal, to_camera, to_next) * normal.dot(to_next).abs())",
-        "bsdf.eval(normal, to_camera, to_next))",
-        "unbiased exact_disk_under_area_lights",
+        "src/shift/run.rs",
+        "bsdf.eval(normal, to_previous, to_next) * normal.dot(to_next).abs())",
+        "bsdf.eval(normal, to_previous, to_next))",
+        "unbiased exact_disk_beside_specular_surfaces",
     ),
     Mutant(
         "a surface's path forgets the probability of passing the media before it",
         "src/sampler/path_tracer.rs",
-        "self.record.first(First::surface(&hit, bsdf, self.direction), image, probability, &arrival);",
-        "self.record.first(First::surface(&hit, bsdf, self.direction), image, 1.0, &arrival);",
-        "unbiased exchangeable_disk_under_area_lights",
+        "self.record.first(image, probability, &arrival);",
+        "self.record.first(image, 1.0, &arrival);",
+        "unbiased exchangeable_disk_beside_specular_surfaces",
     ),
     Mutant(
         "a disk that is not uniform by area",
@@ -116,17 +136,24 @@ MUTANTS = [
         "kernels the_ball_is_symmetric",
     ),
     Mutant(
-        "a member's value leaves the scattering coefficient out",
-        "src/shift/link.rs",
-        "medium.sigma_s(x) * transmittance * volume_to_image(&scene.camera, image)",
-        "medium.sigma_t * transmittance * volume_to_image(&scene.camera, image)",
+        "the radius shrinks with the square root",
+        "src/shift/kernel.rs",
+        "(self.alpha - 1.0) / 3.0",
+        "(self.alpha - 1.0) / 2.0",
+        "kernels the_radius_follows_its_schedule",
+    ),
+    Mutant(
+        "a member's value leaves the density out",
+        "src/shift/run.rs",
+        "|medium| medium.sigma_s(x)),",
+        "|medium| medium.sigma_t),",
         "unbiased exchangeable_ball_under_a_point_light",
     ),
     Mutant(
-        "the phase function at the next vertex stays that of x",
-        "src/shift/batch.rs",
-        "wings: link.wing_values(direction) }",
-        "wings: self.path.value(scene, i).wings }",
+        "the phase function at the next vertex stays as it was",
+        "src/shift/run.rs",
+        "onwards.phase.eval(-aim.direction.dot(*to_other))",
+        "onwards.phase.eval(0.0 * aim.direction.dot(*to_other))",
         "host_sampler a_shifted_splat",
     ),
     Mutant(
@@ -138,17 +165,114 @@ MUTANTS = [
     ),
     Mutant(
         "from_path takes the weight for the whole contribution",
-        "src/shift/link.rs",
-        "let scale = luminance(weight) / luminance(f);",
+        "src/shift/from_path.rs",
+        "let scale = luminance(weight) / luminance(shiftable.carried(scene));",
         "let scale = luminance(weight);",
         "host_sampler exchangeable_single_scattering",
     ),
     Mutant(
         "a spot light shines everywhere as at x_1",
         "src/sampler/record.rs",
-        "Stage::First if !event.profile => {",
-        "Stage::First => {",
+        "Stage::Run if !event.profile => {",
+        "Stage::Run => {",
         "unbiased exact_disk_under_a_spot_light",
+    ),
+    # Runs.
+    Mutant(
+        "runs: a step without sigma_s",
+        "src/shift/run.rs",
+        "self.a *= scattering * sigma_s * transmittance(optical_depth);",
+        "self.a *= scattering * sigma_s.signum() * transmittance(optical_depth);",
+        "kernels a_record_is_the_whole_path",
+    ),
+    Mutant(
+        "runs: a step without transmittance",
+        "src/shift/run.rs",
+        "self.a *= scattering * sigma_s * transmittance(optical_depth);",
+        "self.a *= scattering * sigma_s * transmittance(0.0 * optical_depth);",
+        "kernels a_record_is_the_whole_path",
+    ),
+    Mutant(
+        "runs: the transmittance inside stays as it was",
+        "src/shift/evaluate.rs",
+        "value.step(scene, path, i, Place::Medium(last.medium), optical_depth_or_dark(&line));",
+        "value.step(scene, path, i, Place::Medium(last.medium), vertex.depth.at_x + 0.0 * optical_depth_or_dark(&line));",
+        "host_sampler a_shifted_splat",
+    ),
+    Mutant(
+        "runs: members keep the medium of each vertex",
+        "src/shift/evaluate.rs",
+        "let (Some(value), Some(last)) = (&mut member.value, hit.media().last()) else { return };\n"
+        "                let line = Line::new(scene.media, value.vertex(path, i - 1), direction, distance, hit.media());\n"
+        "                value.step(scene, path, i, Place::Medium(last.medium), optical_depth_or_dark(&line));",
+        "let Some(value) = &mut member.value else { return };\n"
+        "                let line = Line::new(scene.media, value.vertex(path, i - 1), direction, distance, hit.media());\n"
+        "                value.step(scene, path, i, vertex.place, optical_depth_or_dark(&line));",
+        "unbiased exchangeable_disk_under_a_point_light",
+    ),
+    Mutant(
+        "runs: those that end before their last vertex forget its sigma_s",
+        "src/sampler/record.rs",
+        "self.rest *= sigma_s * (last.distance * last.distance / pdf);",
+        "self.rest *= sigma_s.signum() * (last.distance * last.distance / pdf);",
+        "kernels a_record_is_the_whole_path",
+    ),
+    Mutant(
+        "runs: those that end before their last vertex forget its phase function",
+        "src/sampler/record.rs",
+        "self.stage = Stage::Beyond { onwards: arrival.line.direction, wing: true };",
+        "self.stage = Stage::Beyond { onwards: arrival.line.direction, wing: false };",
+        "kernels a_record_is_the_whole_path",
+    ),
+    Mutant(
+        "runs: the gradient of the edge from the camera moves as a whole",
+        "src/shift/from_path.rs",
+        "Depth::far(&moments(&edge), edge.direction, edge.length)",
+        "Depth::whole(&moments(&edge))",
+        "gradients batches_use_the_gradient",
+    ),
+    Mutant(
+        "runs: the gradient of the first phase function is left out beyond it",
+        "src/shift/gradient.rs",
+        "if let Some(next) = path.run().get(1) {",
+        "if let Some(next) = path.run().get(super::kernel::MAX_RUN) {",
+        "gradients batches_use_the_gradient",
+    ),
+    # Tiles.
+    Mutant(
+        "tiles: no Jacobian",
+        "src/shift/place.rs",
+        "Some(value.scaled(spread / own_spread))",
+        "Some(value.scaled(if spread * own_spread > 0.0 { 1.0 } else { 0.0 }))",
+        "unbiased exchangeable_tile_under_a_point_light",
+    ),
+    Mutant(
+        "tiles: the same distance instead of the same share of collisions",
+        "src/shift/place.rs",
+        "let number = share * probability;",
+        "let number = share;",
+        "tiles the_map_of_a_tile",
+    ),
+    Mutant(
+        "tiles: rays go through the middles of pixels",
+        "src/shift/tile.rs",
+        "let place = DVec2::new(pixel.x - floor(pixel.x), pixel.y - floor(pixel.y));",
+        "let place = DVec2::splat(0.5);",
+        "unbiased exchangeable_tile_under_a_point_light",
+    ),
+    Mutant(
+        "tiles: the lens point is that of the first path sampled",
+        "src/sampler/path_tracer.rs",
+        "RandomNumbers::for_path(seed, pass, (top - y0) * width + left - x0)",
+        "RandomNumbers::for_path(seed, pass, pixel + 0 * (top + left))",
+        "determinism any_split_and_order",
+    ),
+    Mutant(
+        "tiles at the border end a pixel too early",
+        "src/shift/tile.rs",
+        "(p - inside.min(p - first), (p + self.side - inside).min(end))",
+        "(p - inside.min(p - first), (p + self.side - inside).min(end - 1).max(p + 1))",
+        "tiles tiles_are_a_partition",
     ),
     # The path sampler.
     Mutant(
@@ -297,7 +421,7 @@ MUTANTS = [
     ),
     Mutant(
         "a shift's occlusion answer is not checked",
-        "src/shift/batch.rs",
+        "src/shift/evaluate.rs",
         "                hit.check(self.scene)?;\n",
         "",
         "determinism a_shift_checks",

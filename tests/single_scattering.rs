@@ -194,8 +194,8 @@ fn parallelogram() -> Light<'static> {
     Light::Parallelogram { corner, edge_u, edge_v, radiance: Colour::splat(2.0) }
 }
 
-fn shifts(mode: Mode, kernel: Kernel, radius: Radius) -> Option<shift::Options> {
-    Some(shift::Options { mode, kernel, radius, count: 3 })
+fn shifts(mode: Mode, kernel: Kernel) -> Option<shift::Options> {
+    Some(shift::Options::new(mode, kernel, 3))
 }
 
 /// Passes of 16 × 64 paths for the standard error asked for.
@@ -240,18 +240,15 @@ fn environment() {
 
 #[test]
 fn shifted_paths_under_a_point_light() {
-    let disk = (Kernel::Disk, Radius::Pixels(0.8));
-    let ball = (Kernel::Ball, Radius::World(0.2));
-    for (mode, (kernel, radius)) in
-        [(Mode::Exact, disk), (Mode::Exact, ball), (Mode::Exchangeable, disk), (Mode::Exchangeable, ball)]
-    {
+    let (disk, ball) = (Kernel::Disk(Radius::Pixels(0.8)), Kernel::Ball(0.2));
+    for (mode, kernel) in [(Mode::Exact, disk), (Mode::Exact, ball), (Mode::Exchangeable, disk), (Mode::Exchangeable, ball)] {
         let setting = boxed(1.5, 0.5).with(point([0.3, 1.9, -0.2]));
-        setting.assert_agrees(&format!("{mode:?} {kernel:?}"), PASSES, shifts(mode, kernel, radius));
+        setting.assert_agrees(&format!("{mode:?} {kernel:?}"), PASSES, shifts(mode, kernel));
     }
 }
 
 #[test]
 fn shifted_paths_under_an_area_light() {
-    let shift = shifts(Mode::Exact, Kernel::Ball, Radius::World(0.3));
+    let shift = shifts(Mode::Exact, Kernel::Ball(0.3));
     under_a_panel().assert_agrees("area, exact", PASSES, shift);
 }

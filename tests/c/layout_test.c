@@ -43,8 +43,11 @@ SIZE(volgrad_line, 40);
 SIZE(volgrad_splat, 20);
 SIZE(volgrad_transmittance_options, 16);
 SIZE(volgrad_transmittance_estimate, 88);
-SIZE(volgrad_shift_options, 24);
-SIZE(volgrad_path_sampler_options, 48);
+SIZE(volgrad_shift_options, 40);
+OFFSET(volgrad_shift_options, run, 24);
+OFFSET(volgrad_shift_options, clamp, 36);
+SIZE(volgrad_path_sampler_options, 64);
+OFFSET(volgrad_path_sampler_options, shift, 24);
 
 int main(void)
 {

@@ -181,11 +181,13 @@ static void test_refusals(void) {
     BAD(options.struct_size = 3, VOLGRAD_ERROR_STRUCT_SIZE);
     BAD(options.struct_size = 4097, VOLGRAD_ERROR_STRUCT_SIZE);
     BAD(options.shift.struct_size = 0, VOLGRAD_ERROR_STRUCT_SIZE);
-    BAD(options.shift.mode = 4, VOLGRAD_ERROR_KIND);
-    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = 2), VOLGRAD_ERROR_KIND);
+    BAD(options.shift.mode = 8, VOLGRAD_ERROR_KIND);
+    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = 3), VOLGRAD_ERROR_KIND);
+    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = VOLGRAD_KERNEL_TILE, options.shift.count = 9), VOLGRAD_ERROR_RANGE);
+    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.run = 0), VOLGRAD_ERROR_RANGE);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = VOLGRAD_KERNEL_BALL), VOLGRAD_ERROR_KIND);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.radius = NAN), VOLGRAD_ERROR_NOT_FINITE);
-    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.count = 33), VOLGRAD_ERROR_RANGE);
+    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.count = VOLGRAD_MAX_SHIFTS + 1), VOLGRAD_ERROR_RANGE);
     CHECK(memcmp(block[0], block[1], BYTES) == 0);
 
     volgrad_path_sampler_options o;

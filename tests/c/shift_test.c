@@ -58,6 +58,7 @@ static void test_defaults(void) {
     CHECK_STATUS(volgrad_shift_options_default(&o, sizeof o), VOLGRAD_OK);
     CHECK(o.struct_size == sizeof o && o.mode == VOLGRAD_SHIFT_NONE && o.kernel == VOLGRAD_KERNEL_DISK);
     CHECK(o.radius_unit == VOLGRAD_RADIUS_PIXELS && o.radius == 4 && o.count == 8);
+    CHECK(o.run == 1 && o.exact_count == 1 && o.alpha == 1 && o.clamp == 0);
     FILL(larger);
     CHECK_STATUS(volgrad_shift_options_default(&larger.options, sizeof larger - 4), VOLGRAD_OK);
     CHECK(larger.options.struct_size == sizeof larger - 4 && larger.options.count == 8);
@@ -73,8 +74,8 @@ static void test_defaults(void) {
 }
 
 static void test_options(void) {
-    BAD(options.mode = 4, VOLGRAD_ERROR_KIND);
-    BAD(options.kernel = 2, VOLGRAD_ERROR_KIND);
+    BAD(options.mode = 8, VOLGRAD_ERROR_KIND);
+    BAD(options.kernel = 3, VOLGRAD_ERROR_KIND);
     BAD(options.radius_unit = 2, VOLGRAD_ERROR_KIND);
     BAD(options.radius_unit = VOLGRAD_RADIUS_PIXELS, VOLGRAD_ERROR_KIND); /* of a ball */
     BAD(options.radius = 0, VOLGRAD_ERROR_RANGE);
@@ -83,6 +84,26 @@ static void test_options(void) {
     BAD(options.radius = INFINITY, VOLGRAD_ERROR_NOT_FINITE);
     BAD(options.count = 0, VOLGRAD_ERROR_RANGE);
     BAD(options.count = VOLGRAD_MAX_SHIFTS + 1, VOLGRAD_ERROR_RANGE);
+    BAD(options.run = 0, VOLGRAD_ERROR_RANGE);
+    BAD(options.run = VOLGRAD_MAX_RUN + 1, VOLGRAD_ERROR_RANGE);
+    BAD(options.exact_count = 0, VOLGRAD_ERROR_RANGE);
+    BAD(options.exact_count = options.count + 1, VOLGRAD_ERROR_RANGE);
+    BAD(options.alpha = -0.1f, VOLGRAD_ERROR_RANGE);
+    BAD(options.alpha = 1.1f, VOLGRAD_ERROR_RANGE);
+    BAD(options.alpha = NAN, VOLGRAD_ERROR_NOT_FINITE);
+    BAD(options.clamp = -1, VOLGRAD_ERROR_RANGE);
+    BAD(options.clamp = INFINITY, VOLGRAD_ERROR_NOT_FINITE);
+    for (uint32_t n = 1; n <= VOLGRAD_MAX_SHIFTS; n++) {
+        int square = n == 3 || n == 8 || n == 15 || n == 24 || n == 35;
+        options.kernel = VOLGRAD_KERNEL_TILE, options.count = n, options.radius = 0; /* unused */
+        if (square) {
+            CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
+            CHECK(count <= n + 1 && count > n / 4);
+            fill();
+        } else {
+            BAD((void)0, VOLGRAD_ERROR_RANGE);
+        }
+    }
     BAD(options.struct_size = 0, VOLGRAD_ERROR_STRUCT_SIZE);
     BAD(options.struct_size = 5000, VOLGRAD_ERROR_STRUCT_SIZE);
     const volgrad_rgb bad[] = {{NAN, 1, 1}, {1, INFINITY, 1}, {1, 1, -INFINITY}};
@@ -95,6 +116,50 @@ static void test_options(void) {
     CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
     CHECK(count == 9);
     fill();
+    options.struct_size = offsetof(volgrad_shift_options, run); /* as it once was */
+    options.run = options.exact_count = 0, options.alpha = options.clamp = NAN;
+    CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
+    CHECK(count == 9);
+    volgrad_splat shorter[CAPACITY];
+    memcpy(shorter, splats, sizeof shorter);
+    fill();
+    CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
+    CHECK(memcmp(shorter, splats, count * sizeof *splats) == 0);
+}
+
+/* |W| is at most clamp; without it some are larger. */
+static void test_clamp(void) {
+    float largest[2];
+    for (int clamped = 0; clamped < 2; clamped++) {
+        options.mode = VOLGRAD_SHIFT_FIRST_ORDER, options.radius = 1.5f, options.count = 32;
+        options.clamp = clamped ? 1.25f : 0;
+        CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
+        largest[clamped] = 0;
+        for (uint32_t i = 0; i + 1 < count; i++) {
+            float w = fabsf(splats[i].value.g) * 33 / weight.g;
+            if (w > largest[clamped]) largest[clamped] = w;
+        }
+    }
+    CHECK(largest[0] > 1.3f);
+    CHECK_NEAR(largest[1], 1.25f, 1e-5);
+    fill();
+}
+
+/* Of a run two vertices move, where the options say so: then the weights are others. */
+static void test_runs(void) {
+    volgrad_rgb sums[2];
+    for (uint32_t run = 1; run <= 2; run++) {
+        vertices[3] = vertices[2];
+        vertices[2] = vertices[1];
+        vertices[2].position = vec(0.3f, 0.5f, 3.5f);
+        path.vertex_count = 4, path.segment_count = 3;
+        options.mode = VOLGRAD_SHIFT_EXACT, options.radius = 0.3f, options.run = run;
+        CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
+        CHECK(count == 9);
+        sums[run - 1] = splats[0].value;
+        fill();
+    }
+    CHECK(sums[0].g > 0 && sums[1].g > 0 && sums[0].g != sums[1].g);
 }
 
 static void test_pointers_and_paths(void) {
@@ -124,7 +189,7 @@ static void test_pointers_and_paths(void) {
     queries = before;
     fill();
 
-    for (uint32_t mode = VOLGRAD_SHIFT_NONE; mode <= VOLGRAD_SHIFT_EXCHANGEABLE; mode++) {
+    for (uint32_t mode = VOLGRAD_SHIFT_NONE; mode <= VOLGRAD_SHIFT_TWO_LEVEL; mode++) {
         BAD((options.mode = mode, path.vertex_count = 1), VOLGRAD_ERROR_RANGE);
         BAD((options.mode = mode, path.vertices = NULL), VOLGRAD_ERROR_NULL);
         BAD((options.mode = mode, vertices[1].kind = 9), VOLGRAD_ERROR_KIND);
@@ -149,14 +214,14 @@ static void test_callbacks(void) {
     }
     queries = queries_answer(&answers, FOG, 0, OVERFLOWS); /* all are lost but the path itself */
     CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
-    CHECK_NEAR(splats[0].value.g, weight.g, 1e-5);
+    CHECK_NEAR(splats[count - 1].value.g, weight.g, 1e-5);
     queries = before;
 }
 
 static void test_batches(void) {
     volgrad_splat again[CAPACITY];
     for (uint32_t n = 1; n <= VOLGRAD_MAX_SHIFTS; n += 31) {
-        for (uint32_t mode = VOLGRAD_SHIFT_LOG_LINEAR; mode <= VOLGRAD_SHIFT_EXCHANGEABLE; mode++) {
+        for (uint32_t mode = VOLGRAD_SHIFT_LOG_LINEAR; mode <= VOLGRAD_SHIFT_TWO_LEVEL; mode++) {
             options.mode = mode, options.count = n;
             CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
             CHECK(count == n + 1);
@@ -231,6 +296,8 @@ int main(void) {
     test_defaults();
     test_batches();
     test_options();
+    test_clamp();
+    test_runs();
     test_pointers_and_paths();
     test_callbacks();
     test_direct_light(&s);

@@ -9,6 +9,7 @@ mod common;
 #[path = "../reference/mod.rs"]
 mod reference;
 
+mod batches;
 mod profile;
 mod runs;
 mod specular;

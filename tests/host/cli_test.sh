@@ -62,7 +62,15 @@ expect 2 "--threads -1: expected" "$scene" -o "$work/a.exr" --threads -1
 expect 2 "--seed 1x: expected" "$scene" -o "$work/a.exr" --seed 1x
 expect 2 "--shift sideways: expected" "$scene" -o "$work/a.exr" --shift sideways
 expect 2 "--shift-radius 0: expected" "$scene" -o "$work/a.exr" --shift exact --shift-radius 0
-expect 2 "--shift-count means nothing without --shift" "$scene" -o "$work/a.exr" --shift-count 4
+expect 2 "--shift-run 0: expected" "$scene" -o "$work/a.exr" --shift exact --shift-run 0
+expect 2 "--shift-exact none: expected" "$scene" -o "$work/a.exr" --shift two_level --shift-exact none
+expect 2 "--shift-alpha 1.5: expected" "$scene" -o "$work/a.exr" --shift log_linear --shift-alpha 1.5
+expect 2 "--shift-kernel brick: expected" "$scene" -o "$work/a.exr" --shift exact --shift-kernel brick
+for option in run exact alpha; do
+    expect 2 "--shift-$option means nothing without a --shift" "$scene" -o "$work/a.exr" --shift-$option 1
+done
+expect 2 "--shift-kernel means nothing without a --shift" "$scene" -o "$work/a.exr" --shift-kernel tile
+expect 2 "--shift-count means nothing without a --shift" "$scene" -o "$work/a.exr" --shift-count 4
 expect 2 "--crop 4,4,4,8: expected" "$scene" -o "$work/a.exr" --crop 4,4,4,8
 expect 2 "--crop reaches beyond the image" "$scene" -o "$work/a.exr" --crop 0,0,129,8
 expect 2 "cannot open" "$work/none.xml" -o "$work/a.exr"
@@ -85,11 +93,27 @@ check "renders" image one --spp 2 --seed 7 --threads 1
 check "writes a preview" test -s "$work/one.png"
 check "--quiet is quiet" test ! -s "$work/messages"
 check "header: samples per pixel" header "$work/one.exr" "h['samplesPerPixel'] == 2"
-for mode in none log_linear exact exchangeable; do
+for mode in none log_linear exact exchangeable first_order half_order linear_depth two_level; do
     check "$mode: one thread" image "$mode-1" --spp 2 --threads 1 --shift $mode
     check "$mode: three threads" image "$mode-3" --spp 2 --threads 3 --shift $mode
     check "$mode: threads do not change a pixel" same "$work/$mode-1.exr" "$work/$mode-3.exr"
 done
+
+tile() { # NAME ARGUMENTS...
+    image "$@" --spp 2 --shift two_level --shift-kernel tile --shift-count 8
+}
+check "tiles, runs: one thread" tile tile-1 --threads 1 --shift-run 3 --shift-exact 2
+check "tiles, runs: three threads" tile tile-3 --threads 3 --shift-run 3 --shift-exact 2
+check "tiles, runs: threads do not change a pixel" same "$work/tile-1.exr" "$work/tile-3.exr"
+check "tiles, runs: header" header "$work/tile-1.exr" \
+    "(h['shiftKernel'], h['shiftCount'], h['shiftRun'], h['shiftExact'], 'shiftAlpha' in h) == ('tile', 8, 3, 2, False)"
+check "tiles: runs of one vertex" tile tile-run --shift-run 1 --shift-exact 2
+check "--shift-run makes another image" different "$work/tile-1.exr" "$work/tile-run.exr"
+check "tiles: one exact offset" tile tile-exact --shift-run 3 --shift-exact 1
+check "--shift-exact makes another image" different "$work/tile-1.exr" "$work/tile-exact.exr"
+check "--shift-alpha" image alpha --spp 2 --shift log_linear --shift-alpha 0.25
+check "--shift-alpha: header" header "$work/alpha.exr" "h['shiftAlpha'] == 0.25 and h['shiftKernel'] == 'disk'"
+check "--shift-alpha makes another image" different "$work/alpha.exr" "$work/log_linear-1.exr"
 check "another seed" image other --spp 2 --seed 8
 check "another seed makes another image" different "$work/one.exr" "$work/other.exr"
 check "--crop" image crop --spp 1 --crop 16,32,48,40

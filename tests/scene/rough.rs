@@ -209,7 +209,10 @@ proptest! {
             Reflector::RoughConductor(rough),
         ] {
             let (one, two) = (Bsdf::from(reflector), Bsdf::TwoSided(reflector));
-            prop_assert_eq!((one.is_specular(), one.is_lambertian()), (two.is_specular(), two.is_lambertian()));
+            prop_assert_eq!(one.is_specular(), two.is_specular());
+            prop_assert_eq!(one.is_lambertian(), two.is_lambertian());
+            prop_assert!(!one.transmits() && !two.transmits());
+            prop_assert_eq!(one.facing(n, -c), n);
             for n in [n, -n] {
                 let front = two.facing(n, c);
                 prop_assert!(front.dot(c) > 0.0);

@@ -65,9 +65,7 @@ impl Estimate {
         Self::of_batches(world, passes, |batch, film| {
             let mut stats = Stats::default();
             for pass in batch * passes..(batch + 1) * passes {
-                for pixel in 0..pixels {
-                    tracer.sample_pixel(pass, pixel, film, &mut stats).expect("the toy host never stops");
-                }
+                tracer.sample_pixels(pass, 0..pixels, film, &mut stats).expect("the toy host never stops");
             }
             stats
         })

@@ -4,7 +4,7 @@ use super::{Geometry, MediumBox, Shape, Surface};
 use volgrad::math::{Colour, DAffine3, DVec3};
 use volgrad::medium::{Density, Grid, Medium, NONE};
 use volgrad::phase::Phase;
-use volgrad::scene::{Bsdf, Camera, Light, Lights, Scene};
+use volgrad::scene::{Bsdf, Camera, Conductor, Ggx, Light, Lights, Reflector, RoughConductor, Scene};
 
 /// Owns what a `Scene` borrows.
 #[derive(Clone, Debug)]
@@ -154,4 +154,24 @@ pub fn edges_under_area_lights() -> World {
         .area_light([0.0, 2.6, -0.3], [0.8, 0.0, 0.0], [0.0, 0.0, 0.8], 8.0, 0.5)
         .light(Light::Environment { radiance: Colour::new(0.3, 0.4, 0.5) }, 0.3)
         .light(Light::Directional { direction: DVec3::new(0.4, -1.0, 0.5).normalize(), irradiance: Colour::ONE }, 0.2)
+}
+
+/// The same, with a mirror in the dense medium, another one behind the cloud and a pane of smooth glass in the fog: runs end before
+/// them, and paths begin on them.
+pub fn edges_with_specular_surfaces() -> World {
+    let mirror = Bsdf::Mirror { reflectance: Colour::new(0.9, 0.8, 0.7) };
+    edges_under_area_lights()
+        .surface(rectangle([-1.0, -0.9, 0.6], [0.9, 0.0, 0.0], [0.0, 0.5, -0.7]), mirror)
+        .surface(rectangle([0.4, -1.0, 1.3], [0.0, 1.6, 0.4], [1.2, 0.0, 0.0]), mirror)
+        .surface(rectangle([-1.1, 1.4, -0.7], [0.8, 0.0, 0.0], [0.0, 0.0, 1.4]), Bsdf::Dielectric { eta: 1.5 })
+}
+
+/// The same, with a rough mirror and a two-sided wall in view, whose back the camera sees.
+pub fn edges_with_rough_surfaces() -> World {
+    let conductor = Conductor { eta: Colour::splat(0.2), k: Colour::new(3.9, 2.4, 2.2), reflectance: Colour::ONE };
+    let rough = Bsdf::RoughConductor(RoughConductor { conductor, ggx: Ggx { alpha: 0.4 } });
+    let two_sided = Bsdf::TwoSided(Reflector::Diffuse { albedo: Colour::new(0.7, 0.8, 0.6) });
+    edges_under_area_lights()
+        .surface(rectangle([-1.7, -1.4, 0.2], [0.0, 0.5, 1.2], [3.4, 0.0, 0.0]), rough)
+        .surface(rectangle([-1.6, 0.1, 0.4], [1.6, 0.0, 0.2], [0.0, 1.1, 0.3]), two_sided)
 }
