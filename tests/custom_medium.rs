@@ -10,7 +10,7 @@ use toy::scenes::{World, edges_under_area_lights, homogeneous};
 use volgrad::math::{Colour, DAffine3, DVec3, Vec3, transmittance};
 use volgrad::medium::*;
 use volgrad::sampler;
-use volgrad::shift::{self, Kernel, Mode, Radius};
+use volgrad::shift::{self, Kernel, Mode};
 
 /// 1/2 + 0.4·sin(wave·x)
 #[derive(Debug)]
@@ -365,9 +365,12 @@ fn a_copy_renders_the_same() {
     println!("z of totals {totals:.2?}, worst of pixels {pixel:.2}");
     assert!(totals.into_iter().all(|z| z.abs() < 3.0) && pixel < 4.5);
 
-    let shift = shift::Options { mode: Mode::Exchangeable, kernel: Kernel::Ball, radius: Radius::World(0.35), count: 4 };
-    let shifted = sampler::Options { seed: 2, shift: Some(shift), ..options };
-    let scores = Estimate::of_path_tracer(&copy, shifted, PASSES * scale()).paired_scores(&plain);
-    println!("shifted: {scores:.2?}");
-    assert!(scores.pixel.abs() < 4.8 && scores.total.abs() < 4.0 && scores.dropped == 0);
+    let ball = shift::Options::new(Mode::Exchangeable, Kernel::Ball(0.35), 4);
+    let tile = shift::Options { run: 3, ..shift::Options::new(Mode::Exchangeable, Kernel::Tile, 8) };
+    for shift in [ball, tile] {
+        let shifted = sampler::Options { seed: 2, shift: Some(shift), ..options };
+        let scores = Estimate::of_path_tracer(&copy, shifted, PASSES * scale()).paired_scores(&plain);
+        println!("shifted: {scores:.2?}");
+        assert!(scores.pixel.abs() < 4.8 && scores.total.abs() < 4.0 && scores.dropped == 0);
+    }
 }
