@@ -880,9 +880,9 @@ volgrad_status volgrad_scene_init(void *memory,
                                   const struct volgrad_scene **scene,
                                   struct volgrad_error *error);
 
-// Fills options with their defaults: mode NONE, a disk of 4 pixels, 8 offsets, of one vertex. `struct_size`: `sizeof *options` of the caller.
-volgrad_status volgrad_shift_options_default(struct volgrad_shift_options *options,
-                                             uintptr_t struct_size);
+// Fills options with their defaults: mode NONE, tiles of 3 x 3 pixels, runs of at most 2 vertices; for the other kernels a
+// radius of 4 pixels. `struct_size`: `sizeof *options` of the caller.
+volgrad_status volgrad_shift_options_default(struct volgrad_shift_options *options, uintptr_t struct_size);
 
 // Makes a batch from one path of any sampler: `*count` splats, at most options.count + 1, whose expected sum is that of the path alone.
 //

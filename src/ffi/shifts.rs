@@ -80,11 +80,11 @@ pub struct volgrad_shift_options {
 pub(super) const DEFAULTS: volgrad_shift_options = volgrad_shift_options {
     struct_size: size_of::<volgrad_shift_options>() as u32,
     mode: VOLGRAD_SHIFT_NONE,
-    kernel: VOLGRAD_KERNEL_DISK,
+    kernel: VOLGRAD_KERNEL_TILE,
     radius_unit: VOLGRAD_RADIUS_PIXELS,
     radius: 4.0,
     count: 8,
-    run: 1,
+    run: 2,
     exact_count: 1,
     alpha: 1.0,
     clamp: 0.0,
@@ -148,7 +148,8 @@ fn whole(value: u32, most: u32, field: &'static CStr) -> Result<usize, Fault> {
     if (1..=most).contains(&value) { Ok(value as usize) } else { Err(VOLGRAD_ERROR_RANGE.at(field, 0)) }
 }
 
-/// Fills options with their defaults: mode NONE, a disk of 4 pixels, 8 offsets, of one vertex. `struct_size`: `sizeof *options` of the caller.
+/// Fills options with their defaults: mode NONE, tiles of 3 x 3 pixels, runs of at most 2 vertices; for the other kernels a
+/// radius of 4 pixels. `struct_size`: `sizeof *options` of the caller.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_shift_options_default(
     options: *mut volgrad_shift_options,

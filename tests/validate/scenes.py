@@ -12,9 +12,9 @@ The allowance is what the references are known to be wrong by (scenes/README.md)
 with an effective number of degrees of freedom (Welch-Satterthwaite: 15 if all noise is ours, more if the reference has its share); it is
 mapped to the normal z of the same probability before anything else.
 
-Significance, if everything is right (12 scenes and modes; channels are so correlated that they count as one):
-* means: 12 x 0.27 % = 3 % at an allowance of 0, less with it.
-* paired: 8 x 0.05 % = 0.4 %.
+Significance, if everything is right (16 scenes and modes; channels are so correlated that they count as one):
+* means: 16 x 0.27 % = 4 % at an allowance of 0, less with it.
+* paired: 12 x 0.05 % = 0.6 %.
 * share beyond 2: normal 4.6 %; of 256 independent blocks more than 10 % lie there with probability 2e-4.
 * share beyond 3: normal 0.27 %; more than 2 % (5 blocks) with probability 1e-4.
 * largest: beyond 5 with probability 6e-7 x 3072 = 0.2 %.
@@ -42,8 +42,8 @@ from images import blocks, exposure_of, read, signed, tonemap, upscale, write_si
 
 RUNS = 16
 BLOCK = 8
-UNBIASED = ["none", "exact", "exchangeable"]
-BIASED = ["log_linear"]  # rendered in the long run and shown, not judged
+UNBIASED = ["none", "exact", "two_level", "exchangeable"]
+BIASED = ["first_order", "half_order", "log_linear", "linear_depth"]  # rendered in the long run and shown, not judged
 
 MEAN_LIMIT = 3.0
 PAIRED_LIMIT = 3.5
