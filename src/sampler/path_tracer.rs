@@ -74,15 +74,15 @@ impl<Q: Queries> PathTracer<'_, Q> {
             let on_lens = |at_camera: VertexNumbers| camera.lens_point(pair(&at_camera, Slot::LightU, Slot::LightV));
             let place = DVec2::new(x.into(), y.into()) + pair(&at_camera, Slot::DirectionU, Slot::DirectionV);
             let lens = on_lens(at_camera);
-            if let Some(bounds) = tiling.map(|tiling| tiling.tile(x, y)) {
-                if tile.as_ref().is_none_or(|(known, _)| *known != bounds) {
-                    // All paths of a tile go through one point of the lens: that of its first pixel, sampled here or not.
-                    let [left, top, ..] = bounds;
-                    let lens = on_lens(RandomNumbers::for_path(seed, pass, (top - y0) * width + left - x0).vertex(0));
-                    let traced = Tile::trace(self.scene, self.queries, bounds, place, lens)?;
-                    stats.rays += traced.views().len() as u64;
-                    tile = Some((bounds, traced));
-                }
+            if let Some(bounds) = tiling.map(|tiling| tiling.tile(x, y))
+                && tile.as_ref().is_none_or(|(known, _)| *known != bounds)
+            {
+                // All paths of a tile go through one point of the lens: that of its first pixel, sampled here or not.
+                let [left, top, ..] = bounds;
+                let lens = on_lens(RandomNumbers::for_path(seed, pass, (top - y0) * width + left - x0).vertex(0));
+                let traced = Tile::trace(self.scene, self.queries, bounds, place, lens)?;
+                stats.rays += traced.views().len() as u64;
+                tile = Some((bounds, traced));
             }
             let tile = tile.as_ref().map(|(_, tile)| tile);
             let record = self.trace(self.view(tile, place, lens, stats)?, &mut numbers, stats)?;
