@@ -15,7 +15,7 @@ from images import attribute, exposure_of, read, relative_mse, tonemap, upscale,
 SCENE = "room"
 SECONDS = 5
 TURNS = 8  # of each, one after the other, so that a busy machine slows both alike
-SHIFT = ["--shift", "exchangeable"]
+SHIFT = ["--shift", "exchangeable", "--shift-count", "15", "--shift-run", "1"]
 
 SCALE = 3  # of the pictures
 BLURRED = 4  # noise that neighbouring pixels share does not go away in blocks of so many pixels

@@ -521,7 +521,7 @@ typedef struct volgrad_path_sampler_stats {
   uint32_t struct_size;
   uint32_t reserved;
   uint64_t paths;
-  // Rays of `intersect` and of `occluded`.
+  // Rays of `intersect` and of `occluded`. A tile that is cut by the end of a range of pixels has its camera rays traced for each part.
   uint64_t rays;
   uint64_t occlusion_rays;
   // Paths that got a batch.

@@ -238,6 +238,35 @@ MUTANTS = [
         "if let Some(next) = path.run().get(super::kernel::MAX_RUN) {",
         "gradients batches_use_the_gradient",
     ),
+    # Chains.
+    Mutant(
+        "chains: reflectances and refractions stay those of x",
+        "src/shift/chain.rs",
+        "value: value * bounce.value }",
+        "value }",
+        "unbiased exact_disk_beside_specular_surfaces",
+    ),
+    Mutant(
+        "chains: the light is as at x, whatever y finds",
+        "src/shift/chain.rs",
+        "Found::Light(value * self.emission(scene, hit))",
+        "Found::Light(value)",
+        "unbiased exact_disk_beside_specular_surfaces",
+    ),
+    Mutant(
+        "chains: no media behind the first surface",
+        "src/shift/chain.rs",
+        "let medium = hit.medium_beyond(bounce.direction.dot(normal) > 0.0);",
+        "let medium = NONE;",
+        "unbiased exact_disk_beside_specular_surfaces",
+    ),
+    Mutant(
+        "chains: rough surfaces go on with them",
+        "src/sampler/path_tracer.rs",
+        "_ => self.record.end_chain(),",
+        "_ => {}",
+        "kernels a_record_is_the_whole_path",
+    ),
     # Tiles.
     Mutant(
         "tiles: no Jacobian",

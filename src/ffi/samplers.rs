@@ -83,7 +83,7 @@ pub struct volgrad_path_sampler_stats {
     pub struct_size: u32,
     pub reserved: u32,
     pub paths: u64,
-    /// Rays of `intersect` and of `occluded`.
+    /// Rays of `intersect` and of `occluded`. A tile that is cut by the end of a range of pixels has its camera rays traced for each part.
     pub rays: u64,
     pub occlusion_rays: u64,
     /// Paths that got a batch.

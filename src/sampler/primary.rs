@@ -64,7 +64,7 @@ const SPREAD: [u32; 2] = [3_242_174_889, 2_447_445_414];
 impl RandomNumbers {
     /// The path through `pixel` in `pass`.
     pub fn for_path(seed: u64, pass: u64, pixel: u32) -> Self {
-        // A random place per pixel, moved on by each pass: each alone is uniform.
+        // One random place for all pixels, moved on by each pass: each alone is uniform. A tile's members are at each other's places.
         let mut start = stream(seed, 0, 0, PLACE);
         let place = SPREAD.map(|step| start.next_u32().wrapping_add(step.wrapping_mul(pass as u32)));
         Self { rng: stream(seed, pass, pixel, PATH), place }

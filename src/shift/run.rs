@@ -206,15 +206,15 @@ impl Shiftable {
     pub(super) fn predict_links(&self, scene: &Scene, progress: &mut Progress) {
         let offset = progress.y - self.first().x;
         for i in 0..self.length {
-            if let Some((link, _)) = &self.run[i].light {
-                if let Some(aim) = progress.aim(scene, self, i, link) {
-                    progress.reach_light(i, &aim, link.depth.after(offset));
-                }
+            if let Some((link, _)) = &self.run[i].light
+                && let Some(aim) = progress.aim(scene, self, i, link)
+            {
+                progress.reach_light(i, &aim, link.depth.after(offset));
             }
-            if let Some(onwards) = self.onwards.as_ref().filter(|onwards| onwards.from == i) {
-                if let Some(aim) = progress.aim(scene, self, i, &onwards.link) {
-                    progress.go_onwards(onwards, &aim, onwards.link.depth.after(offset));
-                }
+            if let Some(onwards) = self.onwards.as_ref().filter(|onwards| onwards.from == i)
+                && let Some(aim) = progress.aim(scene, self, i, &onwards.link)
+            {
+                progress.go_onwards(onwards, &aim, onwards.link.depth.after(offset));
             }
             if let Some(chain) = self.chain.as_ref().filter(|chain| chain.from == i) {
                 progress.reach_light_by_chain(progress.towards(scene, self, i, chain.direction) * chain.value);
@@ -265,7 +265,7 @@ impl Progress {
         if i == 0 { self.y } else { path.run[i].x + (self.y - path.run[0].x) }
     }
 
-    fn to_previous(&self, path: &Shiftable, i: usize) -> DVec3 {
+    fn towards_previous(&self, path: &Shiftable, i: usize) -> DVec3 {
         if i == 0 { -self.image.ray.direction } else { path.run[i].to_previous }
     }
 
@@ -276,7 +276,7 @@ impl Progress {
 
     /// A f_p, or A f_r cos, from vertex `i` in a direction.
     pub fn towards(&self, scene: &Scene, path: &Shiftable, i: usize, direction: DVec3) -> Colour {
-        self.a * self.place.scattering(scene, self.to_previous(path, i), direction)
+        self.a * self.place.scattering(scene, self.towards_previous(path, i), direction)
     }
 
     /// A chain of specular surfaces ends at a light.
@@ -310,7 +310,7 @@ impl Progress {
 
     /// From the run's vertex before `i` to that one.
     pub fn step(&mut self, scene: &Scene, path: &Shiftable, i: usize, place: Place, optical_depth: Colour) {
-        let scattering = self.place.scattering(scene, self.to_previous(path, i - 1), -path.run[i].to_previous);
+        let scattering = self.place.scattering(scene, self.towards_previous(path, i - 1), -path.run[i].to_previous);
         let sigma_s = place.scattering_coefficient(scene, self.vertex(path, i));
         self.a *= scattering * sigma_s * transmittance(optical_depth);
         (self.reached, self.place) = (i, place);

@@ -90,7 +90,10 @@ static void test_ranges(void) {
     CHECK_STATUS(run(3, 7, 993, b, &parts), VOLGRAD_OK);
     CHECK_STATUS(run(3, 0, 7, b, &parts), VOLGRAD_OK);
     CHECK_STATUS(run(3, PIXELS, 0, b, &parts), VOLGRAD_OK);
-    CHECK(memcmp(block[0], block[1], BYTES) == 0 && memcmp(&whole, &parts, sizeof whole) == 0);
+    CHECK(memcmp(block[0], block[1], BYTES) == 0);
+    CHECK(parts.rays >= whole.rays); /* a tile cut by a range's end has its rays traced twice */
+    parts.rays = whole.rays;
+    CHECK(memcmp(&whole, &parts, sizeof whole) == 0);
     CHECK(whole.paths == PIXELS && whole.rays >= PIXELS && whole.occlusion_rays > 0);
     CHECK(whole.shifted_paths > 0 && whole.shifts >= 8 * whole.shifted_paths && whole.overflows == 0);
     CHECK_STATUS(run(4, 0, PIXELS, clear(1), NULL), VOLGRAD_OK);
@@ -186,7 +189,8 @@ static void test_refusals(void) {
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = VOLGRAD_KERNEL_TILE, options.shift.count = 9), VOLGRAD_ERROR_RANGE);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.run = 0), VOLGRAD_ERROR_RANGE);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = VOLGRAD_KERNEL_BALL), VOLGRAD_ERROR_KIND);
-    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.radius = NAN), VOLGRAD_ERROR_NOT_FINITE);
+    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = VOLGRAD_KERNEL_DISK, options.shift.radius = NAN),
+        VOLGRAD_ERROR_NOT_FINITE);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.count = VOLGRAD_MAX_SHIFTS + 1), VOLGRAD_ERROR_RANGE);
     CHECK(memcmp(block[0], block[1], BYTES) == 0);
 

@@ -7,10 +7,8 @@ use super::Light;
 pub fn leave_constant_sky_to_chance(lights: &[Light], weights: &mut [f64]) {
     let constant = lights.iter().position(|light| matches!(light, Light::Environment { .. }));
     let total: f64 = weights.iter().sum();
-    if let Some(weight) = constant.and_then(|i| weights.get_mut(i)) {
-        if total > *weight {
-            *weight = 0.0;
-        }
+    if let Some(weight) = constant.and_then(|i| weights.get_mut(i)).filter(|weight| total > **weight) {
+        *weight = 0.0;
     }
 }
 
