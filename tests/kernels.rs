@@ -4,7 +4,7 @@ mod toy;
 
 use toy::batch::{paths, record, splats};
 use toy::scenes::{
-    World, camera, edges_under_area_lights, edges_under_point_light, edges_with_specular_surfaces, homogeneous, rectangle,
+    World, camera, edges_under_area_lights, edges_with_rough_surfaces, edges_under_point_light, edges_with_specular_surfaces, homogeneous, rectangle,
 };
 use volgrad::math::{Colour, DVec2, DVec3, luminance};
 use volgrad::medium::NONE;
@@ -70,7 +70,9 @@ fn an_exchangeable_batch_is_shared_out_evenly_where_f_is_flat() {
 /// Whatever a sampled path may take along on its run, and what stays: together they are what the sampler finds without shifts.
 #[test]
 fn a_record_is_the_whole_path() {
-    for (world, is_specular) in [(edges_under_area_lights(), false), (edges_with_specular_surfaces(), true)] {
+    let worlds =
+        [(edges_under_area_lights(), false), (edges_with_specular_surfaces(), true), (edges_with_rough_surfaces(), true)];
+    for (world, ends_early) in worlds {
         let scene = world.scene();
         let sampler = |shift| sampler::Options { max_depth: 10, rr_depth: 4, seed: 11, shift };
         for (run, mode) in [(1, Mode::Exact), (2, Mode::LogLinear), (3, Mode::Exchangeable), (MAX_RUN, Mode::TwoLevel)] {
@@ -90,7 +92,7 @@ fn a_record_is_the_whole_path() {
                 beside += usize::from(path.onwards.is_some_and(|onwards| onwards.from + 1 < path.run().len()));
             }
             println!("run {run}: {long} of full length, {beside} end before their last vertex");
-            assert!(long > 5 && (beside > 5) == (is_specular && run > 1));
+            assert!(long > 5 && (beside > 5) == (ends_early && run > 1));
         }
     }
 }

@@ -244,7 +244,7 @@ MUTANTS = [
         "src/shift/chain.rs",
         "value: value * bounce.value }",
         "value }",
-        "unbiased exact_disk_beside_specular_surfaces",
+        "kernels a_shift_by_nothing_changes_nothing",
     ),
     Mutant(
         "chains: the light is as at x, whatever y finds",
