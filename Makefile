@@ -5,6 +5,7 @@
 #   make demo       deps, and one scene with and without shifts in the same time: under three minutes
 #   make test       all tests, and a short comparison with the reference images
 #   make validate   the long comparison, and the long statistical tests
+#   make peers      measures whole renders beside Mitsuba 3 for half an hour (MINUTES=28), writes the table in README.md
 #   make header     writes include/volgrad.h anew
 #
 # CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
@@ -29,7 +30,7 @@ HOST := $(wildcard examples_c/render/*.c)
 HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
 OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
 
-.PHONY: all deps demo test validate header clean test-rust test-c test-cli test-scenes FORCE
+.PHONY: all deps demo test validate peers header clean test-rust test-c test-cli test-scenes FORCE
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER)
@@ -99,6 +100,20 @@ demo: deps
 $(VENV)/ready: requirements.txt | $(BUILD)
 	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install --quiet --disable-pip-version-check -r requirements.txt
+	touch $@
+
+# ---- experiments: the figures in README.md ----
+
+MINUTES ?= 28
+PEERS_VENV := $(BUILD)/experiments-venv
+
+peers: deps $(PEERS_VENV)/ready
+	$(MAKE) $(RENDER)
+	$(PEERS_VENV)/bin/python experiments/peers.py --render $(RENDER) --output $(BUILD)/peers --minutes $(MINUTES)
+
+$(PEERS_VENV)/ready: experiments/requirements.txt requirements.txt | $(BUILD)
+	$(PYTHON) -m venv $(PEERS_VENV)
+	$(PEERS_VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r experiments/requirements.txt
 	touch $@
 
 # ---- the rest ----
