@@ -8,9 +8,9 @@ machine. Each uses one thread. The sample counts are such that a render of any p
 * Error is relative_mse of tests/validate/images.py: the mean over pixels and channels of (difference^2 - standard error of the
   reference^2) / (reference^2 + (mean reference / 1000)^2). Its root is the relative RMSE.
 
-room and caustic hold a mirror and a glass sphere. No shift moves a path whose first or second vertex lies there. Both scenes are therefore
-measured once more with these surfaces painted black, in which case every path can be shifted. There is no reference for that: the error is
-the variance over the rounds, with the weights of the scene as it is.
+room and caustic hold a mirror and a glass sphere. No shift moves a path whose first or second vertex lies there. What such paths add to the
+error is measured by shifts over tiles of two sizes, with the seeds and sample counts of plain's short renders: these take the same paths,
+and the larger the tile, the less remains of the error of those that move (peers_report.py).
 
 Writes peers.csv (all measurements), and from that peers.md, peers.png and the table in README.md (peers_report.py).
 """
@@ -27,25 +27,24 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "validate"))
 
 import peers_report  # noqa: E402
-from images import attribute, read, relative_mse, squared_error  # noqa: E402
+from peers_report import PLAIN, ROUNDS, SHIFTED, SPECULAR, TILES, tile_name  # noqa: E402
+from images import read, relative_mse  # noqa: E402
 from mitsuba_renders import Mitsuba  # noqa: E402
 
 # The unbiased options that were best in each scene, found in trial runs with other seeds.
 SHIFTS = {
-    "smoke": "--shift exchangeable --shift-kernel tile --shift-run 3 --shift-count 3",
+    "smoke": "--shift exchangeable --shift-kernel tile --shift-run 8 --shift-count 8",
     "room": "--shift exchangeable --shift-kernel tile --shift-run 1 --shift-count 15",
-    "cloud": "--shift exchangeable --shift-kernel tile --shift-run 1 --shift-count 8",
+    "cloud": "--shift exchangeable --shift-kernel tile --shift-run 1 --shift-count 3",
     "caustic": "--shift exchangeable --shift-kernel tile --shift-run 3 --shift-count 8",
 }
 MITSUBAS = [(v, i) for v in ("scalar_rgb", "llvm_ad_rgb") for i in ("volpath", "volpathmis")]
-ROUNDS = peers_report.ROUNDS
 SHORT = 1 / 4  # sample count of the short renders, by which error ~ 1/time is checked
+TILE_COST = 2  # of all tile renders together, in cells, roughly
 PILOT = 4  # samples per pixel of the render that tells the speed
 SEED = 1_000_000  # Mitsuba's references were made with seeds 0, 1, 2...: the same seed is the same noise
 
@@ -53,41 +52,26 @@ SEED = 1_000_000  # Mitsuba's references were made with seeds 0, 1, 2...: the sa
 @dataclass
 class Scene:
     name: str
-    file: Path
     shift: list
-    painted: bool  # its specular surfaces, black
+
+    @property
+    def file(self):
+        return ROOT / "scenes" / f"{self.name}.xml"
 
     def reference(self):
         return (read(ROOT / "scenes" / "reference" / f"{self.name}{kind}.exr") for kind in ("", "_stderr"))
-
-
-def painted_black(file, folder):
-    """A copy of the scene whose mirrors and glass are black."""
-    black = r'<bsdf type="diffuse" id="\1"><rgb name="reflectance" value="0, 0, 0"/></bsdf>'
-    text, n = re.subn(r'<bsdf type="(?:conductor|dielectric)" id="(\w+)">.*?</bsdf>', black, file.read_text(), flags=re.DOTALL)
-    copy = folder / f"{file.stem}-black.xml"
-    copy.write_text(re.sub(r'(name="filename"\s+value=")', rf"\g<1>{file.parent}/", text))
-    return copy if n else None
-
-
-def all_scenes(folder):
-    for name, shift in SHIFTS.items():
-        file = ROOT / "scenes" / f"{name}.xml"
-        yield Scene(name, file, shift.split(), False)
-        if black := painted_black(file, folder):
-            yield Scene(name, black, shift.split(), True)
 
 
 # ---- programs: (scene, spp, seed) -> image, CPU-seconds ----
 
 
 class Volgrad:
-    def __init__(self, renderer, output, shifted):
-        self.renderer, self.file, self.shifted = renderer, output / "volgrad.exr", shifted
-        self.name = "volgrad, shifts" if shifted else "volgrad"
+    def __init__(self, name, renderer, output, options):
+        """options: of a scene."""
+        self.name, self.renderer, self.file, self.options = name, renderer, output / "volgrad.exr", options
 
     def render(self, scene, spp, seed):
-        options = ["--spp", str(spp), "--seed", str(seed), "--threads", "1", "--quiet"] + (scene.shift if self.shifted else [])
+        options = ["--spp", str(spp), "--seed", str(seed), "--threads", "1", "--quiet", *self.options(scene)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([self.renderer, scene.file, "-o", self.file, *options], check=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -102,18 +86,24 @@ class Peer:
         return self.process.render(scene.file, self.integrator, spp, SEED + seed)
 
 
-def all_programs(renderer, output, some_scene):
+def all_programs(renderer, output):
     """volgrad's two, and those Mitsubas that run here."""
-    programs = [Volgrad(renderer, output, False), Volgrad(renderer, output, True)]
+    programs = [Volgrad(PLAIN, renderer, output, lambda scene: []), Volgrad(SHIFTED, renderer, output, lambda scene: scene.shift)]
     processes = {variant: Mitsuba(variant, output / "home") for variant, _ in MITSUBAS}
     for variant, integrator in MITSUBAS:
         peer = Peer(variant, integrator, processes[variant])
         try:
-            peer.render(some_scene, 1, 0)
+            peer.render(Scene("smoke", []), 1, 0)
             programs.append(peer)
         except BrokenProcessPool:
             print(f"{peer.name}: does not run here, left out (llvm variants need libLLVM, of Debian's libllvm19 for example)", flush=True)
     return programs
+
+
+def tile_programs(renderer, output):
+    for pixels in TILES:
+        count = ["--shift-count", str(pixels - 1)]  # the last one given counts
+        yield Volgrad(tile_name(pixels), renderer, output, lambda scene, count=count: scene.shift + count)
 
 
 # ---- measurement ----
@@ -121,62 +111,43 @@ def all_programs(renderer, output, some_scene):
 
 @dataclass
 class Cell:
+    """What one program renders of one scene in each round: samples per pixel of the long and the short render."""
+
     scene: Scene
     program: object
-    spp: int = 0
-
-    def plan(self, seconds):
-        """How many samples take so long. The first render may compile something; the second tells the speed."""
-        self.program.render(self.scene, PILOT, 0)
-        _, pilot = self.program.render(self.scene, PILOT, 1)
-        self.spp = max(2, round(PILOT * seconds / pilot))
-
-    def counts(self):
-        return {"long": self.spp, "short": max(1, round(self.spp * SHORT))}
+    counts: dict
 
 
-def make_cells(scenes, programs, minutes):
-    cells = [Cell(s, p) for s in scenes for p in programs if not s.painted or isinstance(p, Volgrad)]
-    seconds = 60 * minutes / len(cells) / (ROUNDS + 1) / (1 + SHORT)
-    for cell in cells:
-        cell.plan(seconds)
-        print(f"{cell.scene.file.stem:14} {cell.program.name:26} {cell.spp:6} samples per pixel in {seconds:.1f} s", flush=True)
-    return cells
+def plan(scene, program, seconds):
+    """The sample counts that take so long. The first render may compile something; the second tells the speed."""
+    program.render(scene, PILOT, 0)
+    _, pilot = program.render(scene, PILOT, 1)
+    spp = max(2, round(PILOT * seconds / pilot))
+    print(f"{scene.name:8} {program.name:26} {spp:6} samples per pixel in {seconds:.1f} s", flush=True)
+    return Cell(scene, program, {"long": spp, "short": max(1, round(spp * SHORT))})
 
 
-def rows_of_round(cells, number, images):
-    """Round 0 warms up: Mitsuba compiles its kernels anew for each sample count."""
-    for length in ("long", "short"):
-        for cell in cells:
-            seed = 2 * number + (length == "short")
-            spp = cell.counts()[length]
-            image, seconds = cell.program.render(cell.scene, spp, seed + 2)  # after the pilots' seeds
-            reference, stderr = cell.scene.reference()
-            mse = None if cell.scene.painted else relative_mse(image, reference, stderr)
-            scene = cell.scene.name + (", black" if cell.scene.painted else "")
-            row = [scene, cell.program.name, length, number, spp, round(seconds, 4), mse, image.mean()]
-            if cell.scene.painted:
-                images.setdefault((scene, cell.program.name, length), []).append((row, image, reference))
-            yield row
-
-
-def set_variances(images):
-    """For scenes without a reference: the error against the mean of all rounds, enlarged by what that mean has in common with each."""
-    for renders in images.values():
-        renders = [r for r in renders if r[0][3] > 0]
-        mean = sum(image for _, image, _ in renders) / len(renders)
-        for row, image, reference in renders:
-            error, _ = squared_error(reference + image - mean, reference)
-            row[6] = error.mean() * len(renders) / (len(renders) - 1)
+def make_cells(programs, tiles, minutes):
+    seconds = 60 * minutes / (len(SHIFTS) * len(programs) + TILE_COST) / (ROUNDS + 1) / (1 + SHORT)
+    for name, shift in SHIFTS.items():
+        scene = Scene(name, shift.split())
+        cells = [plan(scene, p, seconds) for p in programs]
+        yield from cells
+        if name in SPECULAR:
+            yield from (Cell(scene, t, {"short": cells[0].counts["short"]}) for t in tiles)
 
 
 def measure(cells):
-    rows, images = [], {}
+    """Round 0 warms up: Mitsuba compiles its kernels anew for each sample count."""
     for number in range(ROUNDS + 1):
-        rows += rows_of_round(cells, number, images)
+        for cell in cells:
+            reference, stderr = cell.scene.reference()
+            for length, spp in cell.counts.items():
+                seed = 2 * number + (length == "short") + 2  # after the pilots'
+                image, seconds = cell.program.render(cell.scene, spp, seed)
+                mse = relative_mse(image, reference, stderr)
+                yield cell.scene.name, cell.program.name, length, number, spp, f"{seconds:.4f}", f"{mse:.6g}", f"{image.mean():.7g}"
         print(f"round {number} of {ROUNDS}", flush=True)
-    set_variances(images)
-    return rows
 
 
 def machine(renderer):
@@ -191,9 +162,8 @@ def machine(renderer):
 def measure_all(renderer, output, minutes, table):
     (output / "home").mkdir(parents=True, exist_ok=True)
     about = machine(renderer)
-    scenes = list(all_scenes(output))
-    programs = all_programs(renderer, output, scenes[0])
-    rows = measure(make_cells(scenes, programs, minutes))
+    programs = all_programs(renderer, output)
+    rows = list(measure(list(make_cells(programs, list(tile_programs(renderer, output)), minutes))))
     with open(table, "w", newline="") as file:
         file.write(f"# {about}\n")
         csv.writer(file, lineterminator="\n").writerows([peers_report.COLUMNS, *rows])

@@ -11,6 +11,7 @@ import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.ticker import LogLocator  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -19,7 +20,14 @@ STUDENT = 2.365  # 97.5 % quantile of Student's t with ROUNDS - 1 degrees of fre
 TARGET = 0.1  # relative RMSE
 COLUMNS = ["scene", "program", "length", "round", "spp", "cpu_seconds", "relative_mse", "image_mean"]
 SCENES = ["smoke", "room", "cloud", "caustic"]
+SPECULAR = ["room", "caustic"]  # scenes with surfaces beside which paths do not move
 PLAIN, SHIFTED = "volgrad", "volgrad, shifts"
+TILES = [9, 16]  # pixels
+
+
+def tile_name(pixels):
+    return f"volgrad, tile of {pixels}"
+
 
 # ---- measurements and statistics ----
 
@@ -29,7 +37,7 @@ class Measurements:
         lines = path.read_text().splitlines()
         self.about = lines[0].removeprefix("# ")
         self.rows = list(csv.DictReader(lines[1:]))
-        self.programs = list(dict.fromkeys(r["program"] for r in self.rows))
+        self.programs = list(dict.fromkeys(r["program"] for r in self.rows if r["program"] not in map(tile_name, TILES)))
 
     def column(self, scene, program, name, length="long"):
         """By round, the warm-up left out."""
@@ -45,27 +53,61 @@ class Measurements:
         """CPU-seconds to the target, by round."""
         return self.column(scene, program, "relative_mse", length) * self.column(scene, program, "cpu_seconds", length) / TARGET**2
 
-    def variance(self, scene, program):
-        """Relative squared error of one sample per pixel, by round."""
-        return self.column(scene, program, "relative_mse") * self.column(scene, program, "spp")
-
     def best_peer(self, scene):
         return min((p for p in self.programs if p not in (PLAIN, SHIFTED)), key=lambda p: self.cost(scene, p).mean())
 
 
-def ratio(above, below=np.ones(ROUNDS)):
-    """Ratio of the means, and its interval."""
-    leave_one_out = np.log((above.sum() - above) / (below.sum() - below))
-    error = np.sqrt((len(above) - 1) * leave_one_out.var())
-    value = above.mean() / below.mean()
-    return value, value * np.exp(-STUDENT * error), value * np.exp(STUDENT * error)
+def jackknife(statistic, *columns):
+    """A statistic of the columns' means, and its standard error."""
+    rounds = len(columns[0])
+    without_one = np.array([statistic(*(np.delete(c, i).mean() for c in columns)) for i in range(rounds)])
+    return statistic(*(c.mean() for c in columns)), np.sqrt((rounds - 1) * without_one.var())
+
+
+def interval_of_log(statistic, *columns):
+    value, error = jackknife(lambda *means: np.log(statistic(*means)), *columns)
+    return np.exp([value, value - STUDENT * error, value + STUDENT * error])
+
+
+def mean(column):
+    return interval_of_log(lambda x: x, column)
+
+
+def ratio(above, below):
+    return interval_of_log(lambda x, y: x / y, above, below)
+
+
+# ---- the part that can be shifted ----
+
+
+def still(plain, small, large):
+    """Share of plain's squared error that no tile takes away. Over tiles of m pixels the error is V(m) = still + moving/m: the part that
+    moves becomes the same in all pixels of a tile, with the same mean. From two m follows what remains for m to infinity."""
+    return (TILES[1] * large - TILES[0] * small) / (TILES[1] - TILES[0]) / plain
+
+
+def movable(m, scene):
+    """How much shifts gain in equal time on what can be shifted, and the share of the error that cannot."""
+    if scene not in SPECULAR:
+        return "the same", "–"
+    programs = [PLAIN, *map(tile_name, TILES)]
+    errors = [m.column(scene, p, "relative_mse", "short") for p in programs]
+    share, error = jackknife(still, *errors)
+    tile = int(np.argmin([m.cost(scene, p, "short").mean() for p in programs[1:]])) + 1
+    times = [m.column(scene, p, "cpu_seconds", "short") for p in (PLAIN, programs[tile])]
+
+    def gain(*means):
+        left = still(*means[:3])
+        return (1 - left) / (means[tile] / means[0] - left) * means[3] / means[4]
+
+    return shown(*interval_of_log(gain, *errors, *times)), f"{share:.0%} ± {STUDENT * error:.0%}"
 
 
 # ---- tables ----
 
 
 def shown(value, low, high):
-    digits = max(0, int(2 - np.floor(np.log10(low))) - 1)  # two that count
+    digits = max(0, int(2 - np.floor(np.log10(value))) - 1)  # two that count
     return f"{value:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"
 
 
@@ -75,19 +117,9 @@ def markdown(header, rows):
 
 def readme_row(m, scene):
     plain, shifted, peer = (m.cost(scene, p) for p in (PLAIN, SHIFTED, m.best_peer(scene)))
-    costs = [shown(*ratio(c)) for c in (plain, shifted, peer)]
+    costs = [shown(*mean(c)) for c in (plain, shifted, peer)]
     cells = [scene, *costs[:2], f"{costs[2]} {m.best_peer(scene).removeprefix('Mitsuba ')}"]
     return cells + [shown(*ratio(peer, plain)), shown(*ratio(plain, shifted)), *movable(m, scene)]
-
-
-def movable(m, scene):
-    """What shifts gain where all paths can be shifted, and the share of plain's error that is not there."""
-    black = f"{scene}, black"
-    if len(m.cost(black, PLAIN)) == 0:
-        return "the same", "none"
-    gain = ratio(m.cost(black, PLAIN), m.cost(black, SHIFTED))
-    left, low, high = ratio(m.variance(black, PLAIN), m.variance(scene, PLAIN))
-    return shown(*gain), f"{max(0, 1 - left):.0%} ({max(0, 1 - high):.0%}–{max(0, 1 - low):.0%})"
 
 
 README = """CPU-seconds to an image of 128 x 128 pixels with 10 % relative RMSE, on one thread, with 95 % intervals ({about}).
@@ -98,7 +130,7 @@ All measurements, and what the last two columns mean: [experiments/peers.md](exp
 
 def readme_text(m):
     header = ["scene", "volgrad", "with shifts", "Mitsuba's best", "Mitsuba : volgrad", "volgrad : with shifts"]
-    header += ["the same, black mirrors and glass", "error due to these"]
+    header += ["the same, of what can be shifted", "error that cannot"]
     return README.format(about=m.about, table=markdown(header, [readme_row(m, s) for s in SCENES]))
 
 
@@ -107,8 +139,8 @@ def bias(m, scene, program):
     from images import read
     from scenes import scores
 
-    mean, stderr = (read(ROOT / "scenes" / "reference" / f"{scene}{kind}.exr").mean(2) for kind in ("", "_stderr"))
-    z, difference, _ = scores(m.column(scene, program, "image_mean"), mean.mean(), np.sqrt((stderr**2).sum()) / stderr.size, 0)
+    reference, stderr = (read(ROOT / "scenes" / "reference" / f"{scene}{kind}.exr").mean(2) for kind in ("", "_stderr"))
+    z, difference, _ = scores(m.column(scene, program, "image_mean"), reference.mean(), np.sqrt((stderr**2).sum()) / stderr.size, 0)
     return f"{1 + difference:.4f}", f"{z:+.1f}"
 
 
@@ -116,7 +148,7 @@ def detail_row(m, scene, program):
     seconds, spp = (m.column(scene, program, c) for c in ("cpu_seconds", "spp"))
     law = ratio(m.cost(scene, program, "short"), m.cost(scene, program))
     cells = [scene, program, f"{spp[0]:.0f}", f"{np.median(seconds):.2f}", f"{np.median(spp / seconds) * 128 * 128 / 1e6:.3f}"]
-    cells += [shown(*ratio(m.cost(scene, program))), shown(*law), *bias(m, scene, program)]
+    cells += [shown(*mean(m.cost(scene, program))), shown(*law), *bias(m, scene, program)]
     return cells + [f"{max(0, m.warm_up(scene, program)):.1f}" if program not in (PLAIN, SHIFTED) else "in the time"]
 
 
@@ -131,10 +163,11 @@ Written by `make peers`. {about}. How it was measured: [peers.py](peers.py). Eve
   known to 0.3 % (scenes/README.md).
 * *compiling*: CPU-seconds per scene and sample count before the first image, not in the time. volgrad-render's start-up is in the time.
 
-In `room` and `caustic` no shift moves a path whose first or second vertex lies on the mirror or the glass sphere. *The same, black mirrors
-and glass* in README.md is the gain by shifts in a copy of the scene in which these surfaces are black: there every path can be shifted.
-*Error due to these* is the part of plain volgrad's squared error at equal samples that goes away with them. It is an upper limit of what
-cannot be shifted, as paths that meet the mirror or the glass after their second vertex can, and go away too.
+In `room` and `caustic` no shift moves a path whose first or second vertex lies on the mirror or the glass sphere. With shifts over tiles of
+{tiles} pixels, on plain's paths (same seeds), the squared error is V({tiles}). Were all paths to move and all of a tile's pixels to get the
+same of each, V(m) would be V(1)/m; what V(m) = still + moving/m leaves for large m is the *error that cannot* (be shifted), as a share of
+plain's at equal samples. Paths that move, but that light does not reach from elsewhere in the tile, count there too. *Of what can be shifted*
+is the ratio of the moving parts without and with shifts, in equal time.
 
 ![error over time](peers.png)
 """
@@ -143,7 +176,7 @@ cannot be shifted, as paths that meet the mirror or the glass after their second
 def details_text(m):
     header = ["scene", "program", "samples per pixel", "CPU-seconds", "M samples per CPU-second", "time to 10 %", "short : long"]
     rows = [detail_row(m, s, p) for s in SCENES for p in m.programs]
-    return DETAILS.format(about=m.about, table=markdown([*header, "mean", "z", "compiling"], rows), rounds=ROUNDS)
+    return DETAILS.format(about=m.about, table=markdown([*header, "mean", "z", "compiling"], rows), rounds=ROUNDS, tiles=" and ".join(map(str, TILES)))
 
 
 # ---- plot ----
@@ -163,6 +196,10 @@ def draw(m, path):
         for i, program in enumerate(m.programs):
             draw_program(axes, m, scene, program, f"C{i}")
         axes.set(title=scene, xlabel="CPU-seconds", xscale="log", yscale="log")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_minor_locator(LogLocator(subs=(2, 5)))
+            axis.set_minor_formatter("{x:g}")
+            axis.set_major_formatter("{x:g}")
     panels[0].set_ylabel("relative RMSE")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(m.programs), frameon=False)
     figure.savefig(path, dpi=90)
