@@ -20,6 +20,7 @@ import os
 import platform
 import re
 import resource
+import shutil
 import subprocess
 import sys
 import time
@@ -160,7 +161,8 @@ def machine(renderer):
 
 
 def measure_all(renderer, output, minutes, table):
-    (output / "home").mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(output / "home", ignore_errors=True)  # kernels compiled by an earlier call
+    (output / "home").mkdir(parents=True)
     about = machine(renderer)
     programs = all_programs(renderer, output)
     rows = list(measure(list(make_cells(programs, list(tile_programs(renderer, output)), minutes))))

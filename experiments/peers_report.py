@@ -122,7 +122,7 @@ def readme_row(m, scene):
     return cells + [shown(*ratio(peer, plain)), shown(*ratio(plain, shifted)), *movable(m, scene)]
 
 
-README = """CPU-seconds to an image of 128 x 128 pixels with 10 % relative RMSE, on one thread, with 95 % intervals ({about}).
+README = """CPU-seconds to an image of 128 x 128 pixels with 10 % relative RMSE, with 95 % intervals ({about}).
 All measurements, and what the last two columns mean: [experiments/peers.md](experiments/peers.md); again with `make peers`.
 
 {table}"""
@@ -163,11 +163,11 @@ Written by `make peers`. {about}. How it was measured: [peers.py](peers.py). Eve
   known to 0.3 % (scenes/README.md).
 * *compiling*: CPU-seconds per scene and sample count before the first image, not in the time. volgrad-render's start-up is in the time.
 
-In `room` and `caustic` no shift moves a path whose first or second vertex lies on the mirror or the glass sphere. With shifts over tiles of
-{tiles} pixels, on plain's paths (same seeds), the squared error is V({tiles}). Were all paths to move and all of a tile's pixels to get the
-same of each, V(m) would be V(1)/m; what V(m) = still + moving/m leaves for large m is the *error that cannot* (be shifted), as a share of
-plain's at equal samples. Paths that move, but that light does not reach from elsewhere in the tile, count there too. *Of what can be shifted*
-is the ratio of the moving parts without and with shifts, in equal time.
+In `room` and `caustic` no shift moves a path whose first or second vertex lies on the mirror or the glass sphere. They are
+rendered once more with plain's seeds, and so its paths, and shifts over tiles of m = {tiles} pixels. If all paths moved, and all pixels of
+a tile got the same of each, the squared error V(m) would be plain's over m. What V(m) = still + moving/m leaves for large m is the *error
+that cannot* (be shifted), as a share of plain's at equal samples. Paths that move, but that light does not reach from elsewhere in the
+tile, count there too. *Of what can be shifted* is the ratio of the moving parts without and with shifts, in equal time.
 
 ![error over time](peers.png)
 """
@@ -176,7 +176,8 @@ is the ratio of the moving parts without and with shifts, in equal time.
 def details_text(m):
     header = ["scene", "program", "samples per pixel", "CPU-seconds", "M samples per CPU-second", "time to 10 %", "short : long"]
     rows = [detail_row(m, s, p) for s in SCENES for p in m.programs]
-    return DETAILS.format(about=m.about, table=markdown([*header, "mean", "z", "compiling"], rows), rounds=ROUNDS, tiles=" and ".join(map(str, TILES)))
+    table = markdown([*header, "mean", "z", "compiling"], rows)
+    return DETAILS.format(about=m.about, table=table, rounds=ROUNDS, tiles=" and ".join(map(str, TILES)))
 
 
 # ---- plot ----
