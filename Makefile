@@ -6,6 +6,7 @@
 #   make test       all tests, and a short comparison with the reference images
 #   make validate   the long comparison, and the long statistical tests
 #   make bench      times line integrals and paths, writes the table in README.md and demo/bricks.png; BENCH_FLAGS=--quick for a look
+#   make peers      measures whole renders beside Mitsuba 3 for half an hour (MINUTES=28), writes the table in README.md
 #   make header     writes include/volgrad.h anew
 #
 # CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
@@ -30,7 +31,7 @@ HOST := $(wildcard examples_c/render/*.c)
 HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
 OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
 
-.PHONY: all deps demo test validate bench header clean test-rust test-c test-cli test-scenes FORCE
+.PHONY: all deps demo test validate bench peers header clean test-rust test-c test-cli test-scenes FORCE
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER)
@@ -104,6 +105,20 @@ bench: $(VENV)/ready
 $(VENV)/ready: requirements.txt | $(BUILD)
 	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install --quiet --disable-pip-version-check -r requirements.txt
+	touch $@
+
+# ---- experiments: the figures in README.md ----
+
+MINUTES ?= 28
+PEERS_VENV := $(BUILD)/experiments-venv
+
+peers: deps $(PEERS_VENV)/ready
+	$(MAKE) $(RENDER)
+	$(PEERS_VENV)/bin/python experiments/peers.py --render $(RENDER) --output $(BUILD)/peers --minutes $(MINUTES)
+
+$(PEERS_VENV)/ready: experiments/requirements.txt requirements.txt | $(BUILD)
+	$(PYTHON) -m venv $(PEERS_VENV)
+	$(PEERS_VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r experiments/requirements.txt
 	touch $@
 
 # ---- the rest ----
