@@ -4,7 +4,7 @@
 mod volumes;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use std::cell::RefCell;
+use std::cell::{LazyCell, RefCell};
 use std::hint::black_box;
 use volgrad::film::{Cell, Film};
 use volgrad::math::{Colour, DVec2};
@@ -115,34 +115,41 @@ fn batch(
 
 /// One batch per iteration, each of the next path.
 fn bench(c: &mut Criterion, scene: &Scene, name: &str, options: &Options) {
-    let samples = samples(scene, options);
-    let mut next = (0..).zip(samples.iter().cycle());
+    let samples = LazyCell::new(|| samples(scene, options));
+    let mut passes = 0..;
     let mut cells = vec![Cell::default(); (CAMERA.width * CAMERA.height) as usize];
     let mut dropped = 0;
     let mut film = Film { width: CAMERA.width, height: CAMERA.height, cells: &mut cells, dropped: &mut dropped };
     let mut scratch = Scratch::default();
     c.bench_function(name, |bencher| {
         bencher.iter(|| {
-            let Some((pass, sample)) = next.next() else { return };
-            batch(scene, &Open, options, sample, pass, &mut scratch, &mut film);
+            let Some(pass) = passes.next() else { return };
+            batch(scene, &Open, options, &samples[pass as usize % PATHS], pass, &mut scratch, &mut film);
         });
     });
 }
 
-/// What an exact batch asks the host, and the optical depths of the answers: nothing else.
+/// The rays that an exact batch asks about in each query.
+fn questions(scene: &Scene, options: &Options, sample: &Sample, pass: u64) -> Vec<Vec<Ray>> {
+    let mut dropped = 0;
+    let mut film = Film { width: 0, height: 0, cells: &mut [], dropped: &mut dropped };
+    let log = Log::default();
+    batch(scene, &log, options, sample, pass, &mut Scratch::default(), &mut film);
+    log.0.into_inner()
+}
+
+/// Those queries, and the optical depths of the answers: nothing else.
 fn bench_edges(c: &mut Criterion, scene: &Scene, name: &str, options: &Options) {
-    let mut film = Film { width: 0, height: 0, cells: &mut [], dropped: &mut 0 };
-    let questions = |(pass, sample)| {
-        let log = Log::default();
-        batch(scene, &log, options, sample, pass, &mut Scratch::default(), &mut film);
-        log.0.into_inner()
-    };
-    let batches: Vec<_> = (0..).zip(&samples(scene, options)).map(questions).collect();
-    let mut next = batches.iter().cycle();
+    let batches: LazyCell<Vec<_>, _> = LazyCell::new(|| {
+        let samples = samples(scene, options);
+        (0..).zip(&samples).map(|(pass, sample)| questions(scene, options, sample, pass)).collect()
+    });
+    let mut indices = (0..PATHS).cycle();
     let mut hits = [Hit::EMPTY; COUNT];
     c.bench_function(name, |bencher| {
         bencher.iter(|| {
-            for rays in next.next().into_iter().flatten() {
+            let Some(index) = indices.next() else { return };
+            for rays in &batches[index] {
                 Open.occluded(black_box(rays), &mut hits).expect("never stops");
                 for (ray, hit) in rays.iter().zip(&hits) {
                     let (origin, direction) = (ray.origin.wide(), ray.direction.wide());
