@@ -5,7 +5,7 @@
 #   make demo       deps, and one scene with and without shifts in the same time: under three minutes
 #   make test       all tests, and a short comparison with the reference images
 #   make validate   the long comparison, and the long statistical tests
-#   make bench      times line integrals and paths, writes the table in README.md and demo/bricks.png; BENCH_FLAGS=--quick for a look
+#   make bench      times line integrals, paths and shifts, writes tables in README.md and demo/costs.png; BENCH_FLAGS=--quick for a look
 #   make peers      measures whole renders beside Mitsuba 3 for half an hour (MINUTES=28), writes the table in README.md
 #   make header     writes include/volgrad.h anew
 #
@@ -99,8 +99,8 @@ demo: deps
 	$(PY) demo/demo.py --render $(RENDER) --output $(BUILD)/demo
 
 bench: $(VENV)/ready
-	cargo bench --bench line_integrals --bench paths -- $(BENCH_FLAGS)
-	$(PY) benches/table.py $(TARGET) README.md demo/bricks.png
+	cargo bench --bench line_integrals --bench paths --bench shifts -- $(BENCH_FLAGS)
+	$(PY) benches/table.py $(TARGET) README.md demo/costs.png
 
 $(VENV)/ready: requirements.txt | $(BUILD)
 	$(PYTHON) -m venv $(VENV)

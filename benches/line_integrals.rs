@@ -5,15 +5,12 @@ mod volumes;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use volgrad::math::Vec3;
-use volgrad::medium::{Line, Segment, moments, optical_depth, sample_distance, sample_distance_with_moments};
-use volumes::{DEPTHS, Ray, SHAPES, Shape, Volume, rays};
+use volgrad::medium::{Line, moments, optical_depth, sample_distance, sample_distance_with_moments};
+use volumes::{DEPTHS, ONE_SEGMENT, Ray, SHAPES, Shape, Volume, rays};
 
 const SIDES: [i32; 3] = [64, 128, 256];
 /// Of the plot that shows what bricks are for.
 const PLOT_SIDES: [i32; 4] = [32, 64, 128, 256];
-
-const ONE_SEGMENT: [Segment; 1] = [Segment { end: f32::INFINITY, medium: 0, normal: Vec3 { x: 0.0, y: 0.0, z: 0.0 } }];
 
 /// One call per iteration, each with the next ray.
 fn bench(c: &mut Criterion, name: &str, parameter: &str, volume: &Volume, mut call: impl FnMut(&Line, f64)) {
@@ -23,7 +20,7 @@ fn bench(c: &mut Criterion, name: &str, parameter: &str, volume: &Volume, mut ca
     c.bench_function(&format!("{name}/{parameter}"), |bencher| {
         bencher.iter(|| {
             let Some(Ray { origin, direction, length, u }) = next.next() else { return };
-            call(&Line::new(&media, *origin, *direction, *length, &ONE_SEGMENT), *u);
+            call(&Line::new(&media, *origin, *direction, *length, &[ONE_SEGMENT]), *u);
         });
     });
 }

@@ -4,32 +4,15 @@ mod volumes;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use volgrad::math::{Colour, DVec3, Vec3};
-use volgrad::medium::{Density, Medium, NONE, Segment};
+use volgrad::math::{Colour, DVec3};
+use volgrad::medium::{Density, Medium, Segment};
 use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, Vertex, contribution, path_log_gradient};
 use volgrad::phase::Phase;
-use volgrad::scene::{Camera, Light, Lights, Scene};
-use volumes::{Shape, Volume, rays};
-
-/// Before the unit cube, looking along z.
-const CAMERA: Camera = Camera {
-    position: DVec3::new(0.5, 0.5, -1.0),
-    forward: DVec3::Z,
-    right: DVec3::X,
-    up: DVec3::Y,
-    tan_half_fov_x: 0.5,
-    width: 64,
-    height: 64,
-    crop: [0, 0, 64, 64],
-    near_clip: 0.0,
-    medium: NONE,
-};
-
-/// Above the cube.
-const LIGHT: DVec3 = DVec3::new(0.5, 1.5, 0.5);
+use volgrad::scene::{Light, Lights, Scene};
+use volumes::{CAMERA, LIGHT, ONE_SEGMENT, Shape, Volume, rays};
 
 /// Medium 0 on both edges.
-const SEGMENTS: [Segment; 2] = [Segment { end: f32::INFINITY, medium: 0, normal: Vec3 { x: 0.0, y: 0.0, z: 0.0 } }; 2];
+const SEGMENTS: [Segment; 2] = [ONE_SEGMENT; 2];
 
 /// Paths whose vertices in the medium are anywhere in the cube.
 fn paths() -> Vec<[Vertex; 3]> {

@@ -1,6 +1,6 @@
 //! The film: exact sums of splats in fixed point, so that order, threads, machines and restarts add up to the same bits.
 
-use crate::math::{Colour, DVec2, floor};
+use crate::math::{Colour, DVec2};
 
 /// One pixel's sum, in units of [`LEAST`].
 #[repr(transparent)]
@@ -32,7 +32,7 @@ impl Film<'_> {
             return;
         };
         for (sum, v) in cell.0.iter_mut().zip(value.to_array()) {
-            *sum = sum.saturating_add((v * (1.0 / LEAST)) as i128);
+            *sum = sum.saturating_add(fixed_point(v));
         }
     }
 
@@ -41,7 +41,7 @@ impl Film<'_> {
         if !inside {
             return None;
         }
-        self.cells.get_mut(floor(pixel.y) as usize * self.width as usize + floor(pixel.x) as usize)
+        self.cells.get_mut(pixel.y as u32 as usize * self.width as usize + pixel.x as u32 as usize)
     }
 
     /// Adds the cells of another film of the same size, and how many splats it dropped.
@@ -53,6 +53,15 @@ impl Film<'_> {
         }
         *self.dropped = self.dropped.saturating_add(dropped);
     }
+}
+
+/// In units of [`LEAST`], towards 0. In two halves of 32 bits behind the point: both conversions are then instructions of the processor.
+fn fixed_point(v: f64) -> i128 {
+    const HALF: f64 = 4_294_967_296.0;
+    // Less than 2⁶², as values are less than `LARGEST`.
+    let high = (v * HALF) as i64;
+    let low = (v * HALF - high as f64) * HALF;
+    (i128::from(high) << 32) + i128::from(low as i64)
 }
 
 impl Cell {

@@ -4,7 +4,8 @@ mod toy;
 
 use toy::batch::{paths, record, splats};
 use toy::scenes::{
-    World, camera, edges_under_area_lights, edges_with_rough_surfaces, edges_under_point_light, edges_with_specular_surfaces, homogeneous, rectangle,
+    World, camera, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces, edges_with_specular_surfaces,
+    homogeneous, rectangle,
 };
 use volgrad::math::{Colour, DVec2, DVec3, luminance};
 use volgrad::medium::NONE;

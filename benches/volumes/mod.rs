@@ -1,13 +1,14 @@
-//! Grids in the unit cube to be measured, and rays through them.
+//! Grids in the unit cube to be measured, rays through them, and a camera and a light outside.
 #![allow(dead_code)] // Not every benchmark uses all of it.
 
 use criterion::Criterion;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 use std::time::Duration;
-use volgrad::math::{Colour, DAffine3, DVec3};
-use volgrad::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
+use volgrad::math::{Colour, DAffine3, DVec3, Vec3};
+use volgrad::medium::{Brick, Density, Grid, Medium, Segment, brick_counts, build_bricks};
 use volgrad::phase::Phase;
+use volgrad::scene::Camera;
 
 const SEED: u64 = 1;
 const RAYS: usize = 4096;
@@ -27,6 +28,28 @@ pub const DEPTHS: [(&str, f32); 2] = [("thin", 1.0), ("dense", 30.0)];
 
 /// (3/4π·0.1)^⅓
 const BALL_RADIUS: f32 = 0.288;
+
+/// Before the unit cube, looking along z. All is in medium 0.
+pub const CAMERA: Camera = Camera {
+    position: DVec3::new(0.5, 0.5, -1.0),
+    forward: DVec3::Z,
+    right: DVec3::X,
+    up: DVec3::Y,
+    tan_half_fov_x: 0.5,
+    width: 64,
+    height: 64,
+    crop: [0, 0, 64, 64],
+    near_clip: 0.0,
+    medium: 0,
+    lens_radius: 0.0,
+    focal_distance: 1.0,
+};
+
+/// Above the cube.
+pub const LIGHT: DVec3 = DVec3::new(0.5, 1.5, 0.5);
+
+/// Medium 0 as far as a ray or an edge goes.
+pub const ONE_SEGMENT: Segment = Segment { end: f32::INFINITY, medium: 0, normal: Vec3 { x: 0.0, y: 0.0, z: 0.0 } };
 
 pub struct Volume {
     size: [i32; 3],
@@ -85,7 +108,7 @@ pub fn uniform(rng: &mut Pcg64) -> f64 {
     (rng.next_u64() >> 11) as f64 * f64::exp2(-53.0)
 }
 
-/// Two seconds for each: there are many, and all are short.
+/// A second and a half for each: there are many, and all are short.
 pub fn criterion() -> Criterion {
-    Criterion::default().warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_millis(1500)).sample_size(20)
+    Criterion::default().warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_millis(1200)).sample_size(20)
 }

@@ -6,7 +6,7 @@ use super::cell::{Corners, Points};
 use super::dda::LatticeLine;
 use super::walk::{Inside, MomentsUntil, Samples, Until};
 use super::{Extent, Inversion, Moments, Stretch};
-use crate::math::{DAffine3, DMat3, DVec3, floor};
+use crate::math::{DAffine3, DMat3, DVec3};
 use core::ops::ControlFlow;
 
 /// Samples at cell centres of a box, trilinear between them, constant in the outermost half cells, 0 outside the box.
@@ -47,6 +47,16 @@ impl<'a> Grid<'a> {
     pub fn at(&self, x: DVec3) -> f64 {
         let p = self.to_lattice.transform_point3(x);
         if self.holds(p) { self.value_at(p) } else { 0.0 }
+    }
+
+    /// The same as `at(x) > 0`. A brick's bounds say so for most.
+    pub fn is_positive(&self, x: DVec3) -> bool {
+        let p = self.to_lattice.transform_point3(x);
+        self.holds(p)
+            && match self.samples.brick(cell_of(p)) {
+                Some(brick) if brick.min > 0.0 || brick.max == 0.0 => brick.min > 0.0,
+                _ => self.value_at(p) > 0.0,
+            }
     }
 
     pub fn gradient(&self, x: DVec3) -> DVec3 {
@@ -144,7 +154,7 @@ impl<'a> Grid<'a> {
 
     /// The corners of the cell around a point inside the box, and the point seen from that cell.
     fn around(&self, p: DVec3) -> (Corners, Points) {
-        let cell: [i32; 3] = core::array::from_fn(|axis| (floor(p[axis]) as i32).min(self.samples.size[axis]).max(0));
+        let cell: [i32; 3] = core::array::from_fn(|axis| cell_of(p)[axis].min(self.samples.size[axis]));
         (self.samples.corners(cell), Points::both(p - DVec3::from_array(cell.map(f64::from))))
     }
 
@@ -182,6 +192,11 @@ impl<'a> Grid<'a> {
         let walkable = inside.start < inside.end && line.resolves(inside.start) && line.resolves(inside.end);
         walkable.then_some(Clip { inside, entry, exit })
     }
+}
+
+/// The cell around a point inside the box. No coordinate is negative there: cutting off rounds down.
+fn cell_of(p: DVec3) -> [i32; 3] {
+    p.to_array().map(|coordinate| coordinate as i32)
 }
 
 /// A stretch clipped to the box, and the axes of the faces that clipped it.

@@ -113,6 +113,14 @@ impl Density<'_> {
         }
     }
 
+    /// Whether it is more than 0.
+    pub fn is_positive(&self, x: DVec3) -> bool {
+        match self {
+            Self::Grid(grid) => grid.is_positive(x),
+            _ => self.at(x) > 0.0,
+        }
+    }
+
     /// ∇ρ, away from faces.
     pub fn gradient(&self, x: DVec3) -> DVec3 {
         match self {

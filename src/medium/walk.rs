@@ -106,6 +106,13 @@ impl<'a> Samples<'a> {
         Brick { min: bounds.min.min(bounds.max), ..bounds }
     }
 
+    /// The brick that a cell is in, if there are bricks.
+    pub fn brick(&self, cell: [i32; 3]) -> Option<&Brick> {
+        let [x, y, z] = cell.map(|c| (c / BRICK_SIDE) as usize);
+        let [nx, ny, _] = brick_counts(self.size).map(|n| n as usize);
+        self.bricks.get((z * ny + y) * nx + x)
+    }
+
     /// The density of the brick that a walk comes to, if it is the same all over it.
     #[inline(always)]
     fn constant(&self, bricks: &Dda) -> Option<f64> {

@@ -129,25 +129,32 @@ impl Camera {
 
     /// Where `x` is seen through a point of the lens; None if not beyond the near plane or outside the sampled pixels.
     pub fn project(&self, x: DVec3, lens: DVec2) -> Option<ImagePoint> {
-        let origin = self.origin(lens);
-        let v = x - origin;
+        self.pixel(x, lens).map(|pixel| self.image_point(pixel, x, lens))
+    }
+
+    /// The same, pixel coordinates alone. (Inlined, so that one loop over points divides by what is the camera's once.)
+    #[inline(always)]
+    pub fn pixel(&self, x: DVec3, lens: DVec2) -> Option<DVec2> {
+        let v = x - self.origin(lens);
         let depth = v.dot(self.forward);
         if !(depth > self.near_clip && depth > 0.0) {
             return None;
         }
-        let scale = 1.0 / (depth * self.pixel_size());
-        let shift = lens / (self.focal_distance * self.pixel_size());
-        let pixel = DVec2::new(
-            0.5 * f64::from(self.width) + (v.dot(self.right) * scale + shift.x),
-            0.5 * f64::from(self.height) - (v.dot(self.up) * scale + shift.y),
-        );
-        if !self.samples(pixel) {
-            return None;
-        }
+        let on_plane = DVec2::new(v.dot(self.right), v.dot(self.up)) * (1.0 / depth) + lens / self.focal_distance;
+        let from_centre = on_plane * (1.0 / self.pixel_size());
+        let half = 0.5 * DVec2::new(self.width.into(), self.height.into());
+        let pixel = DVec2::new(half.x + from_centre.x, half.y - from_centre.y);
+        self.samples(pixel).then_some(pixel)
+    }
+
+    /// What is seen at `pixel`, given that it is `x`.
+    pub fn image_point(&self, pixel: DVec2, x: DVec3, lens: DVec2) -> ImagePoint {
+        let origin = self.origin(lens);
+        let v = x - origin;
         let distance = v.length();
-        let cosine = depth / distance;
+        let cosine = v.dot(self.forward) / distance;
         let ray = CameraRay { origin, direction: v / distance, start: self.near_clip / cosine, cosine };
-        Some(ImagePoint { pixel, ray, distance })
+        ImagePoint { pixel, ray, distance }
     }
 
     /// Importance W_e emitted at cosine `cosine` to the viewing direction: 1/(A cos⁴θ), per image area, or 1/(A A_lens cos⁴θ) per

@@ -4,7 +4,7 @@
 
 use super::evaluate::{CHUNK, Evaluation, Hits};
 use super::gradient::group_gradients;
-use super::place::{Draw, Member, Members, place, place_on_rays};
+use super::place::{Draw, Member, Members, Spots, place, place_on_rays, spots};
 use super::run::Shiftable;
 use super::tile::Tile;
 use super::weight::Weighing;
@@ -25,6 +25,7 @@ pub struct BatchStats {
 
 /// Room for the work on one batch after another.
 pub struct Scratch {
+    spots: Spots,
     members: Members,
     exact: Members,
     hits: Hits,
@@ -32,7 +33,7 @@ pub struct Scratch {
 
 impl Default for Scratch {
     fn default() -> Self {
-        Self { members: Members::default(), exact: Members::default(), hits: [Hit::EMPTY; CHUNK] }
+        Self { spots: Spots::default(), members: Members::default(), exact: Members::default(), hits: [Hit::EMPTY; CHUNK] }
     }
 }
 
@@ -66,18 +67,19 @@ impl Scratch {
             splat(path.image.pixel, path.carried(scene));
             return Ok(BatchStats::default());
         }
-        let Self { members, exact, hits } = self;
+        let Self { spots, members, exact, hits } = self;
+        if !options.mode.evaluates() {
+            return Ok(linear(scene, options, path, draw, spots, splat));
+        }
         let members = match tile {
             Some(tile) => place_on_rays(scene, path, tile, members),
-            None => place(&scene.camera, options, path, &mut draw, members),
+            None => place(&scene.camera, options, path, &mut draw, spots, members),
         };
         let mut weighing = Weighing::new(scene, path, members.len());
         let mut evaluation = Evaluation::new(scene, queries, path, hits);
         match options.mode {
-            Mode::FirstOrder | Mode::HalfOrder | Mode::LogLinear => {
-                let gradients = group_gradients(&scene.camera, scene, path, weighing.own());
-                members.iter().for_each(|member| weighing.linear(scene, options, &gradients, member, &mut splat));
-            }
+            // Those of `linear`.
+            Mode::FirstOrder | Mode::HalfOrder | Mode::LogLinear => {}
             Mode::LinearDepth => {
                 members.iter_mut().for_each(|member| member.predict(scene, path));
                 members.iter().for_each(|member| weighing.ratio(member, &mut splat));
@@ -97,6 +99,26 @@ impl Scratch {
         weighing.finish(&mut splat);
         Ok(BatchStats { shifts: weighing.shifts, stays: weighing.stays, ..evaluation.stats })
     }
+}
+
+/// Weights from the gradients at x, whatever is in the way; a splat stays where y is off the image or a vertex leaves its medium.
+fn linear(
+    scene: &Scene,
+    options: &Options,
+    path: &Shiftable,
+    mut draw: Draw<impl FnMut() -> f64>,
+    room: &mut Spots,
+    mut splat: impl FnMut(DVec2, Colour),
+) -> BatchStats {
+    let spots = spots(&scene.camera, options, path, &mut draw, room);
+    for spot in spots.iter_mut() {
+        spot.pixel = spot.pixel.filter(|_| path.stays_in_media(scene, spot.y - path.first().x));
+    }
+    let mut weighing = Weighing::new(scene, path, spots.len());
+    let gradients = group_gradients(&scene.camera, scene, path, weighing.own());
+    spots.iter().for_each(|spot| weighing.linear(options, &gradients, spot, &mut splat));
+    weighing.finish(&mut splat);
+    BatchStats { shifts: weighing.shifts, stays: weighing.stays, ..BatchStats::default() }
 }
 
 /// `LinearDepth` for all members, and what `Exact` differs for `exact_count` of them in the name of all.

@@ -62,9 +62,9 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
             chunk,
             Q::occluded,
             HIT_NONE,
-            |member| Some(unseen(member)?.ray.free(camera, member.image?.distance)),
-            |scene, member, hit| {
-                let (Some(image), Some(last)) = (member.image, hit.media().last()) else { return };
+            |member| unseen(member).map(|image| (image.ray.free(camera, image.distance), image)),
+            |scene, member, image, hit| {
+                let Some(last) = hit.media().last() else { return };
                 let line = image.ray.line(scene, image.distance, hit.media());
                 let place = Place::Medium(last.medium);
                 member.value = Some(Progress::at_first(scene, member.y, place, image, optical_depth_or_dark(&line)));
@@ -79,15 +79,15 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
             chunk,
             Q::intersect,
             HIT_SURFACE,
-            |member| Some(unseen(member)?.ray.free(camera, f64::INFINITY)),
-            |scene, member, hit| {
+            |member| unseen(member).map(|image| (image.ray.free(camera, f64::INFINITY), image)),
+            |scene, member, mut image, hit| {
                 let bsdf = scene.materials.get(hit.material as usize);
-                let Some(image) = &mut member.image else { return };
                 let Some(place) = bsdf.and_then(|bsdf| Place::on_surface(bsdf, hit, image.ray.direction)) else { return };
                 image.distance = image.ray.start + f64::from(hit.t);
                 member.y = image.ray.origin + image.distance * image.ray.direction;
                 let line = image.ray.line(scene, image.distance, hit.media());
-                member.value = Some(Progress::at_first(scene, member.y, place, *image, optical_depth_or_dark(&line)));
+                member.image = Some(image);
+                member.value = Some(Progress::at_first(scene, member.y, place, image, optical_depth_or_dark(&line)));
             },
         )
     }
@@ -108,11 +108,10 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
             |member| {
                 let value = member.value.as_ref()?;
                 let aim = value.aim(scene, path, i, link)?;
-                Some(ray(value, path, i, aim.direction, aim.distance, link.next.t_max(aim.distance)))
+                Some((ray(value, path, i, aim.direction, aim.distance, link.next.t_max(aim.distance)), aim))
             },
-            |scene, member, hit| {
+            |scene, member, aim, hit| {
                 let Some(value) = &mut member.value else { return };
-                let Some(aim) = value.aim(scene, path, i, link) else { return };
                 let line = Line::new(scene.media, value.vertex(path, i), aim.direction, aim.distance, hit.media());
                 arrive(value, &aim, optical_depth_or_dark(&line));
             },
@@ -130,9 +129,9 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
             HIT_NONE,
             |member| {
                 let value = member.value.as_ref().filter(|value| value.carries(i - 1))?;
-                Some(ray(value, path, i - 1, direction, distance, distance))
+                Some((ray(value, path, i - 1, direction, distance, distance), ()))
             },
-            |scene, member, hit| {
+            |scene, member, (), hit| {
                 let (Some(value), Some(last)) = (&mut member.value, hit.media().last()) else { return };
                 let line = Line::new(scene.media, value.vertex(path, i - 1), direction, distance, hit.media());
                 value.step(scene, path, i, Place::Medium(last.medium), optical_depth_or_dark(&line));
@@ -140,21 +139,22 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
         )
     }
 
-    /// Asks about one ray per member (none: skipped) in one query, and passes on those whose hit is of the kind `wanted`.
-    fn ask(
+    /// Asks about one ray per member (none: skipped) in one query, and passes on those whose hit is of the kind `wanted`, with what
+    /// was known of the ray.
+    fn ask<T>(
         &mut self,
         chunk: &mut [Member],
         query: impl Fn(&Q, &[Ray], &mut [Hit]) -> Result<(), Stop>,
         wanted: u32,
-        ray_of: impl Fn(&Member) -> Option<Ray>,
-        found: impl Fn(&Scene, &mut Member, &Hit),
+        ray_of: impl Fn(&Member) -> Option<(Ray, T)>,
+        found: impl Fn(&Scene, &mut Member, T, &Hit),
     ) -> Result<(), Stop> {
         let mut rays = [Ray::default(); CHUNK];
-        let mut asked = [0; CHUNK];
+        let mut asked = [const { None }; CHUNK];
         let mut count = 0;
         for (index, member) in chunk.iter().enumerate() {
-            if let Some(ray) = ray_of(member) {
-                (rays[count], asked[count]) = (ray, index);
+            if let Some((ray, known)) = ray_of(member) {
+                (rays[count], asked[count]) = (ray, Some((index, known)));
                 count += 1;
             }
         }
@@ -164,10 +164,10 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
         let counter = if wanted == HIT_NONE { &mut self.stats.occlusion_rays } else { &mut self.stats.rays };
         *counter += count as u64;
         query(self.queries, &rays[..count], &mut self.hits[..count])?;
-        for (hit, index) in self.hits[..count].iter().zip(asked) {
+        for (hit, (index, known)) in self.hits[..count].iter().zip(asked.into_iter().flatten()) {
             if hit.kind == wanted {
                 hit.check(self.scene)?;
-                found(self.scene, &mut chunk[index], hit);
+                found(self.scene, &mut chunk[index], known, hit);
             } else if hit.kind == HIT_OVERFLOW {
                 // More media than fit: f counts as 0 there.
                 self.stats.overflows += 1;

@@ -1,6 +1,6 @@
 //! Where a path is shifted to. Kernels are symmetric: the density of x → y is that of y → x.
 
-use crate::math::{DVec2, DVec3, cbrt, direction_around, uniform_disk};
+use crate::math::{DVec2, DVec3};
 use crate::scene::Camera;
 
 /// Most offsets in a batch: a tile of 6 × 6 pixels.
@@ -131,23 +131,34 @@ impl Options {
         (1..).take_while(|side| side * side <= self.count as u32 + 1).last().unwrap_or(1)
     }
 
-    /// An offset of a vertex at `x` in space, from three uniform numbers.
-    pub(super) fn offset(&self, camera: &Camera, x: DVec3, u: [f64; 3]) -> DVec3 {
+    /// An offset of a vertex at `x` in space.
+    pub(super) fn offset(&self, camera: &Camera, x: DVec3, random: &mut impl FnMut() -> f64) -> DVec3 {
         match self.kernel {
             Kernel::Tile => DVec3::ZERO,
             Kernel::Disk(radius) => {
-                let d = uniform_disk(DVec2::new(u[0], u[1])) * radius.at(camera, x);
-                d.x * camera.right + d.y * camera.up
+                let [right, up] = in_unit_ball(random).map(|d| d * radius.at(camera, x));
+                right * camera.right + up * camera.up
             }
-            Kernel::Ball(radius) => direction_around(DVec3::Z, 1.0 - 2.0 * u[0], u[1]) * (radius * cbrt(u[2])),
+            Kernel::Ball(radius) => radius * DVec3::from_array(in_unit_ball(random)),
         }
     }
 
     /// An offset on the image, in pixels.
-    pub(super) fn image_offset(&self, u: [f64; 2]) -> DVec2 {
+    pub(super) fn image_offset(&self, random: &mut impl FnMut() -> f64) -> DVec2 {
         match self.kernel {
-            Kernel::Disk(Radius::Pixels(pixels)) => uniform_disk(u.into()) * pixels,
+            Kernel::Disk(Radius::Pixels(pixels)) => pixels * DVec2::from_array(in_unit_ball(random)),
             _ => DVec2::ZERO,
+        }
+    }
+}
+
+/// Uniform in the unit disk or ball: points of the square or cube around it are tried until one is inside, two at most in the mean.
+/// Sines and roots take several times as long.
+fn in_unit_ball<const N: usize>(random: &mut impl FnMut() -> f64) -> [f64; N] {
+    loop {
+        let point = [0; N].map(|_| 2.0 * random() - 1.0);
+        if point.iter().map(|coordinate| coordinate * coordinate).sum::<f64>() < 1.0 {
+            return point;
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::kernel::{Kernel, MAX_SHIFTS, Mode, Options};
 use super::run::{Place, Progress, Shiftable, volume_to_image};
 use super::tile::{Tile, Tiling, collision_probability};
-use crate::math::{DVec3, absorptance, mean};
+use crate::math::{DVec2, DVec3, absorptance, mean};
 use crate::medium::{Flight, collision_pdf, sample_distance};
 use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
 
@@ -29,6 +29,10 @@ pub(super) struct Member {
 
 impl Member {
     pub const EMPTY: Self = Self { image: None, y: DVec3::ZERO, value: None };
+
+    pub fn pixel(&self) -> Option<DVec2> {
+        self.image.map(|image| image.pixel)
+    }
 
     /// Evaluates f with optical depths linear in the offset. A first vertex on a surface moves in its tangent plane.
     pub fn predict(&mut self, scene: &Scene, path: &Shiftable) {
@@ -71,43 +75,79 @@ impl Members {
     }
 }
 
+/// A copy of the path in space: its first vertex, and the pixel where that is seen. None: not on the sampled image.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Spot {
+    pub y: DVec3,
+    pub pixel: Option<DVec2>,
+}
+
+/// Room for those of a batch. (What is done to them is done to all, step by step: the steps for one wait for each other, those for several
+/// do not.)
+pub(super) struct Spots([Spot; MAX_SHIFTS]);
+
+impl Default for Spots {
+    fn default() -> Self {
+        Self([Spot::default(); MAX_SHIFTS])
+    }
+}
+
+/// Moves the path's first vertex in space, for each member other than the path itself.
+pub(super) fn spots<'s>(
+    camera: &Camera,
+    options: &Options,
+    path: &Shiftable,
+    draw: &mut Draw<impl FnMut() -> f64>,
+    spots: &'s mut Spots,
+) -> &'s mut [Spot] {
+    let (own, x) = (path.image.pixel, path.first().x);
+    if options.kernel == Kernel::Tile {
+        let scale = camera.pixel_size() * camera.depth(x);
+        let mut count = 0;
+        for (spot, offset) in spots.0.iter_mut().zip(Tiling::new(camera, options.tile_side(), draw.tiles).others(own)) {
+            let y = x + scale * (offset.x * camera.right - offset.y * camera.up);
+            *spot = Spot { y, pixel: Some(own + offset) };
+            count += 1;
+        }
+        return spots.0.get_mut(..count).unwrap_or(&mut []);
+    }
+    // The kernel is the same at all members: its radius in world units depends on depth alone, which a disk keeps.
+    let mut offset = || options.offset(camera, x, &mut draw.random);
+    let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };
+    let spots = spots.0.get_mut(..options.count).unwrap_or(&mut []);
+    spots.iter_mut().for_each(|spot| spot.y = centre + offset());
+    let lens = camera.on_lens(path.image.ray.origin);
+    spots.iter_mut().for_each(|spot| spot.pixel = camera.pixel(spot.y, lens));
+    spots
+}
+
 /// Places the members other than the path itself.
 pub(super) fn place<'m>(
     camera: &Camera,
     options: &Options,
     path: &Shiftable,
     draw: &mut Draw<impl FnMut() -> f64>,
+    spots: &mut Spots,
     members: &'m mut Members,
 ) -> &'m mut [Member] {
-    let (own, x) = (path.image.pixel, path.first().x);
-    let random = &mut draw.random;
     let lens = camera.on_lens(path.image.ray.origin);
-    if options.kernel == Kernel::Tile {
-        let tiling = Tiling::new(camera, options.tile_side(), draw.tiles);
-        let scale = camera.pixel_size() * camera.depth(x);
-        members.fill(tiling.others(own).map(|offset| {
-            let pixel = own + offset;
-            let y = x + scale * (offset.x * camera.right - offset.y * camera.up);
-            let distance = (y - path.image.ray.origin).length();
-            Member { image: Some(ImagePoint { pixel, ray: camera.ray(pixel, lens), distance }), y, value: None }
-        }))
-    } else if path.first().place.is_surface() {
-        let mut offset = || options.image_offset([random(), random()]);
+    if path.first().place.is_surface() && options.kernel != Kernel::Tile {
+        let mut offset = || options.image_offset(&mut draw.random);
+        let own = path.image.pixel;
         let centre = if options.mode == Mode::Exchangeable { own + offset() } else { own };
-        members.fill((0..options.count).map(|_| {
+        return members.fill((0..options.count).map(|_| {
             let pixel = centre + offset();
             let image = ImagePoint { pixel, ray: camera.ray(pixel, lens), distance: f64::INFINITY };
-            Member { image: Some(image).filter(|_| camera.samples(pixel)), y: x, value: None }
-        }))
-    } else {
-        // The kernel is the same at all members: its radius in world units depends on depth alone, which a disk keeps.
-        let mut offset = || options.offset(camera, x, [random(), random(), random()]);
-        let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };
-        members.fill((0..options.count).map(|_| {
-            let y = centre + offset();
-            Member { image: camera.project(y, lens), y, value: None }
-        }))
+            Member { image: Some(image).filter(|_| camera.samples(pixel)), y: path.first().x, value: None }
+        }));
     }
+    let spots = self::spots(camera, options, path, draw, spots);
+    for (slot, Spot { y, pixel }) in members.0.iter_mut().zip(spots.iter()) {
+        // Not the whole slot: its value is large.
+        (slot.y, slot.image) = (*y, pixel.map(|pixel| camera.image_point(pixel, *y, lens)));
+        slot.value = None;
+    }
+    members.0.get_mut(..spots.len()).unwrap_or(&mut [])
 }
 
 /// Places the members on the other rays of the tile, and evaluates f there up to the first vertex.

@@ -184,7 +184,7 @@ impl Shiftable {
     /// Whether all vertices of the run still scatter, each in its own medium, after a move by `offset`.
     pub(super) fn stays_in_media(&self, scene: &Scene, offset: DVec3) -> bool {
         let scatters = |vertex: &RunVertex| {
-            scene.medium(vertex.place.medium()).is_some_and(|medium| medium.density.at(vertex.x + offset) > 0.0)
+            scene.medium(vertex.place.medium()).is_some_and(|medium| medium.density.is_positive(vertex.x + offset))
         };
         self.run().iter().all(scatters)
     }

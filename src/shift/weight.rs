@@ -2,7 +2,7 @@
 
 use super::gradient::GroupGradients;
 use super::kernel::{Mode, Options};
-use super::place::Member;
+use super::place::{Member, Spot};
 use super::run::{GROUPS, Groups, Progress, Shiftable};
 use crate::math::{Colour, DVec2, exp, luminance};
 use crate::scene::Scene;
@@ -24,7 +24,7 @@ pub(super) struct Weighing<'a> {
     rests: Groups,
     carried: Groups,
     /// The groups that carry something.
-    groups: [usize; GROUPS],
+    groups: [u8; GROUPS],
     group_count: usize,
     share: f64,
     /// What goes to the path's own pixel.
@@ -59,7 +59,7 @@ impl<'a> Weighing<'a> {
         };
         for (g, carried) in carried.iter().enumerate() {
             if carried.max_element() > 0.0 {
-                weighing.groups[weighing.group_count] = g;
+                weighing.groups[weighing.group_count] = g as u8;
                 weighing.group_count += 1;
                 weighing.at_own += carried * share;
             }
@@ -78,7 +78,7 @@ impl<'a> Weighing<'a> {
 
     fn groups(&self) -> impl Iterator<Item = usize> + use<> {
         let (groups, count) = (self.groups, self.group_count);
-        groups.into_iter().take(count)
+        groups.into_iter().take(count).map(usize::from)
     }
 
     /// Weighs a member's groups; None: that group's splat stays.
@@ -97,17 +97,17 @@ impl<'a> Weighing<'a> {
         split
     }
 
-    fn add(&mut self, member: &Member, split: Split, splat: &mut impl FnMut(DVec2, Colour)) {
+    fn add(&mut self, pixel: Option<DVec2>, split: Split, splat: &mut impl FnMut(DVec2, Colour)) {
         self.at_own += split.stays * self.share;
-        if let Some(image) = member.image {
-            splat(image.pixel, split.there * self.share);
+        if let Some(pixel) = pixel {
+            splat(pixel, split.there * self.share);
         }
     }
 
     /// W = f(y)/f(x), or 1 at x itself where that is 0 or out of bounds.
     pub fn ratio(&mut self, member: &Member, splat: &mut impl FnMut(DVec2, Colour)) {
         let split = self.split_ratio(member);
-        self.add(member, split, splat);
+        self.add(member.pixel(), split, splat);
     }
 
     fn split_ratio(&mut self, member: &Member) -> Split {
@@ -123,31 +123,30 @@ impl<'a> Weighing<'a> {
         let (c, e) = (self.split_ratio(cheap), self.split_ratio(exact));
         let there = c.there + (e.there - c.there) * share;
         let stays = c.stays + (e.stays - c.stays) * share;
-        self.add(cheap, Split { there, stays }, splat);
+        self.add(cheap.pixel(), Split { there, stays }, splat);
     }
 
-    /// W from ⟨∇log f, offset⟩, whatever is in the way; 1 at x itself where y is off the image or a vertex leaves its medium.
+    /// W from ⟨∇log f, offset⟩; 1 at x itself for a member without a pixel.
     pub fn linear(
         &mut self,
-        scene: &Scene,
         options: &Options,
         gradients: &GroupGradients,
-        member: &Member,
+        spot: &Spot,
         splat: &mut impl FnMut(DVec2, Colour),
     ) {
-        let offset = member.y - self.path.first().x;
-        let inside = member.image.is_some() && self.path.stays_in_media(scene, offset);
+        let offset = spot.y - self.path.first().x;
         let clamp = |w: f64| w.clamp(-options.clamp, options.clamp);
         let split = self.split(|own, g| {
+            spot.pixel?;
             let slope = gradients[g].dot(offset);
             let w = match options.mode {
                 Mode::FirstOrder => clamp(1.0 + slope),
                 Mode::HalfOrder => clamp(1.0 + 0.5 * slope),
                 _ => Some(exp(slope)).filter(|w| moves(*w))?,
             };
-            inside.then(|| own.carried[g] * w)
+            Some(own.carried[g] * w)
         });
-        self.add(member, split, splat);
+        self.add(spot.pixel, split, splat);
     }
 
     /// W = s(y)/Σs over all members, s being the luminance of what changes. Where f(y) = 0 a member gets nothing.
