@@ -154,7 +154,7 @@ impl<'a> Grid<'a> {
 
     /// The corners of the cell around a point inside the box, and the point seen from that cell.
     fn around(&self, p: DVec3) -> (Corners, Points) {
-        let cell: [i32; 3] = core::array::from_fn(|axis| cell_of(p)[axis].min(self.samples.size[axis]));
+        let cell: [i32; 3] = core::array::from_fn(|axis| (cell_of(p)[axis] as i32).min(self.samples.size[axis]));
         (self.samples.corners(cell), Points::both(p - DVec3::from_array(cell.map(f64::from))))
     }
 
@@ -195,8 +195,8 @@ impl<'a> Grid<'a> {
 }
 
 /// The cell around a point inside the box. No coordinate is negative there: cutting off rounds down.
-fn cell_of(p: DVec3) -> [i32; 3] {
-    p.to_array().map(|coordinate| coordinate as i32)
+fn cell_of(p: DVec3) -> [u32; 3] {
+    p.to_array().map(|coordinate| coordinate as u32)
 }
 
 /// A stretch clipped to the box, and the axes of the faces that clipped it.

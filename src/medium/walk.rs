@@ -107,8 +107,8 @@ impl<'a> Samples<'a> {
     }
 
     /// The brick that a cell is in, if there are bricks.
-    pub fn brick(&self, cell: [i32; 3]) -> Option<&Brick> {
-        let [x, y, z] = cell.map(|c| (c / BRICK_SIDE) as usize);
+    pub fn brick(&self, cell: [u32; 3]) -> Option<&Brick> {
+        let [x, y, z] = cell.map(|c| (c / BRICK_SIDE as u32) as usize);
         let [nx, ny, _] = brick_counts(self.size).map(|n| n as usize);
         self.bricks.get((z * ny + y) * nx + x)
     }
