@@ -92,7 +92,7 @@ def plot(picture, ns):
     figure, (side, count, run) = plt.subplots(1, 3, figsize=(11, 3.2), layout="constrained")
     for name in ["no bricks", "bricks"]:
         side.loglog(*zip(*points(ns, f"{name}/sparse ")), "o-", base=2, label=name)
-    side.set(xlabel="samples along a side of the grid", ylabel="ns per τ, nine tenths of the grid empty")
+    side.set(xlabel="samples along a side of the grid", ylabel="ns per τ, grid nine tenths empty")
     side.legend()
     in_us = lambda pairs: zip(*[(number, value / 1000) for number, value in pairs])
     count.plot(*in_us(points(ns, "disk/exact 1 ")), "o-")
