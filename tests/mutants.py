@@ -132,7 +132,7 @@ MUTANTS = [
         "a ball that is not uniform by volume",
         "src/shift/kernel.rs",
         "radius * DVec3::from_array(in_unit_ball(random))",
-        "radius * DVec3::from_array(in_unit_ball(random)).powf(2.0)",
+        "{ let d = DVec3::from_array(in_unit_ball(random)); radius * d.length() * d }",
         "kernels the_ball_is_symmetric",
     ),
     Mutant(
