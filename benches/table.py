@@ -16,8 +16,7 @@ import matplotlib.pyplot as plt
 
 BEGIN, END = "<!-- benchmarks:begin -->", "<!-- benchmarks:end -->"
 SIDES = [64, 128, 256]
-CALLS = [("tau", "τ"), ("gradients", "τ, both gradients"), ("distance", "distance"),
-         ("distance and gradients", "distance, both gradients")]
+CALLS = [("tau", "τ"), ("gradients", "τ, both gradients"), ("distance", "distance")]
 MODES = ["first_order", "half_order", "log_linear", "linear_depth", "exact", "two_level", "exchangeable"]
 TILED_MODES = MODES[3:]
 # As in shifts.rs: offsets of a batch, of a larger one, and lengths of the run.
@@ -92,7 +91,7 @@ def plot(picture, ns):
     figure, (side, count, run) = plt.subplots(1, 3, figsize=(11, 3.2), layout="constrained")
     for name in ["no bricks", "bricks"]:
         side.loglog(*zip(*points(ns, f"{name}/sparse ")), "o-", base=2, label=name)
-    side.set(xlabel="samples along a side of the grid", ylabel="ns per τ, grid nine tenths empty")
+    side.set(xlabel="samples along a side of the grid", ylabel="ns per τ, sparse grid")
     side.legend()
     in_us = lambda pairs: zip(*[(number, value / 1000) for number, value in pairs])
     count.plot(*in_us(points(ns, "disk/exact 1 ")), "o-")

@@ -102,6 +102,27 @@ fn layered_grid(rng: &mut Pcg64, to_world: Affine) -> Grid {
     Grid { resolution, samples, to_world }
 }
 
+/// Bricks answer for most points, interpolation for the rest: both say the same as the density.
+#[test]
+fn where_a_density_is_positive() {
+    let mut rng = generator(4);
+    for grid in [large_grid(&mut rng, UNIT_CUBE), layered_grid(&mut rng, sheared())] {
+        let medium = heterogeneous(CHROMATIC, grid);
+        for bricks in [Bricks::Built, Bricks::Left] {
+            let host = HostMedium::new(&medium, bricks);
+            let density = host.view().density;
+            let mut counts = [0; 2];
+            for _ in 0..20_000 {
+                let x = vec(random_vector(&mut rng, -0.3, 1.3));
+                let positive = density.at(x) > 0.0;
+                assert_eq!(density.is_positive(x), positive, "{x}");
+                counts[usize::from(positive)] += 1;
+            }
+            assert!(counts.iter().all(|count| *count > 500), "{counts:?}");
+        }
+    }
+}
+
 /// Half of the bricks are empty or constant, and crossed whole.
 #[test]
 fn bricks_change_nothing() {

@@ -102,9 +102,9 @@ MUTANTS = [
     Mutant(
         "a disk across the camera ray",
         "src/shift/kernel.rs",
-        "d.x * camera.right + d.y * camera.up",
+        "right * camera.right + up * camera.up",
         "let (s, t) = crate::math::orthonormal_basis((x - camera.position).normalize());\n"
-        "                d.x * s + d.y * t",
+        "                right * s + up * t",
         "unbiased exact_disk_under_a_point_light",
     ),
     Mutant(
@@ -131,8 +131,8 @@ MUTANTS = [
     Mutant(
         "a ball that is not uniform by volume",
         "src/shift/kernel.rs",
-        "cbrt(u[2])",
-        "u[2]",
+        "radius * DVec3::from_array(in_unit_ball(random))",
+        "{ let d = DVec3::from_array(in_unit_ball(random)); radius * d.length() * d }",
         "kernels the_ball_is_symmetric",
     ),
     Mutant(
