@@ -10,7 +10,7 @@ use volgrad::film::{Cell, Film};
 use volgrad::math::{Colour, DVec2};
 use volgrad::medium::{Line, Medium, optical_depth_or_dark};
 use volgrad::phase::Phase;
-use volgrad::sampler::{self, PathTracer, RandomNumbers, Stats, shift_numbers};
+use volgrad::sampler::{self, PathTracer, RandomNumbers, Record, Stats, shift_numbers};
 use volgrad::scene::{HIT_NONE, Hit, Light, Lights, Queries, Ray, Scene, Stop, View};
 use volgrad::shift::{Draw, Kernel, MAX_RUN, Mode, Options, Radius, Scratch, Shiftable, Tile, Tiling};
 use volumes::{CAMERA, LIGHT, ONE_SEGMENT, Shape, Volume};
@@ -90,7 +90,9 @@ fn sample(tracer: &PathTracer<Open>, pass: u64) -> Option<Sample> {
     let mut view = [View::through(scene, place, DVec2::ZERO)];
     View::trace(&mut view, scene, &Open).ok()?;
     let mut numbers = RandomNumbers::for_path(SEED, pass, pixel);
-    let path = tracer.trace(view[0], &mut numbers, &mut Stats::default()).ok()?.finish()?;
+    let mut record = Record::new(Some(&options));
+    tracer.trace(view[0], &mut numbers, &mut record, &mut Stats::default()).ok()?;
+    let path = *record.finish()?;
     let tile = options.has_views().then(|| {
         let bounds = Tiling::new(&CAMERA, options.tile_side(), [0; 2]).tile(place.x as u32, place.y as u32);
         Tile::trace(scene, &Open, bounds, place, DVec2::ZERO).expect("never stops")

@@ -98,7 +98,7 @@ fn a_path_handed_in_is_shifted_like_the_samplers_own() {
             let sampler = sampler::Options { max_depth: 6, rr_depth: 9, seed: 41, shift: Some(shift) };
             let (mut compared, mut apart, mut full) = (0_u32, 0_u32, 0);
             for pass in 0..3000 {
-                let Some(path) = record(&world, sampler, pass).finish() else { continue };
+                let Some(path) = record(&world, sampler, pass).finish().copied() else { continue };
                 for length in 1..=path.run().len() {
                     let run_so_far = &path.run()[..length];
                     if path.first().place.is_surface() || run_so_far[length - 1].light.is_none() {

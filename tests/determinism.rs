@@ -269,7 +269,7 @@ fn a_shift_checks_its_answers() {
     let scene = world.scene();
     let options = options(Some((Mode::Exact, BALL)));
     let path = (0..64).find_map(|pass| {
-        let path = record(&world, options, pass).finish()?;
+        let path = record(&world, options, pass).finish().copied()?;
         Some(path).filter(|path| !path.first().place.is_surface())
     });
     let path = path.expect("one of 64 paths scatters in a medium");

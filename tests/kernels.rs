@@ -80,9 +80,9 @@ fn a_record_is_the_whole_path() {
             let (mut long, mut beside) = (0, 0);
             for pass in 0..4000 {
                 let whole = record(&world, sampler(None), pass).plain;
-                let record = record(&world, sampler(Some(options(mode, DISK, 1, run))), pass);
+                let mut record = record(&world, sampler(Some(options(mode, DISK, 1, run))), pass);
                 let plain = record.plain;
-                let path = record.finish();
+                let path = record.finish().copied();
                 let carried = path.as_ref().map_or(Colour::ZERO, |path| path.carried(&scene));
                 assert!(
                     (plain + carried - whole).length() <= 1e-10 * whole.length(),

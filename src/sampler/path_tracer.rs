@@ -66,6 +66,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
         });
         let mut tile: Option<(Bounds, Tile)> = None;
         let mut scratch = Scratch::default();
+        let mut record = Record::new(shift.as_ref());
         for index in pixels {
             let (x, y) = tiling.map_or((x0 + index % width, y0 + index / width), |tiling| tiling.pixel(index));
             let pixel = (y - y0) * width + x - x0;
@@ -85,11 +86,12 @@ impl<Q: Queries> PathTracer<'_, Q> {
                 tile = Some((bounds, traced));
             }
             let tile = tile.as_ref().map(|(_, tile)| tile);
-            let record = self.trace(self.view(tile, place, lens, stats)?, &mut numbers, stats)?;
+            record.clear();
+            self.trace(self.view(tile, place, lens, stats)?, &mut numbers, &mut record, stats)?;
             let plain = record.plain;
             if let (Some(options), Some(shiftable)) = (&shift, record.finish()) {
                 let draw = Draw { tiles: tile_numbers(seed, pass), random: shift_numbers(seed, pass, pixel) };
-                let batch = scratch.shift(self.scene, self.queries, options, &shiftable, tile, draw, |p, c| film.add(p, c))?;
+                let batch = scratch.shift(self.scene, self.queries, options, shiftable, tile, draw, |p, c| film.add(p, c))?;
                 stats.add_batch(&batch);
             }
             // All of a path or nothing: a callback can stop the shifts, but only before their first splat.
@@ -111,13 +113,19 @@ impl<Q: Queries> PathTracer<'_, Q> {
         Ok(view)
     }
 
-    /// The whole path that begins with `view`, from primary sample numbers.
-    pub fn trace(&self, view: View, numbers: &mut impl PrimarySample, stats: &mut Stats) -> Result<Record, Stop> {
+    /// The whole path that begins with `view`, from primary sample numbers, into an empty record.
+    pub fn trace(
+        &self,
+        view: View,
+        numbers: &mut impl PrimarySample,
+        record: &mut Record,
+        stats: &mut Stats,
+    ) -> Result<(), Stop> {
         if view.hit.kind == HIT_OVERFLOW {
             stats.overflows += 1;
-            return Ok(Record::new(None));
+            return Ok(());
         }
-        let mut walk = Walk::from_camera(self, view, stats);
+        let mut walk = Walk::from_camera(self, view, record, stats);
         for depth in 1..=self.options.max_depth {
             let numbers = numbers.vertex(depth);
             let Some(vertex) = walk.advance(depth, &numbers)? else { break };
@@ -125,7 +133,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
                 break;
             }
         }
-        Ok(walk.record)
+        Ok(())
     }
 }
 
@@ -155,7 +163,7 @@ struct Walk<'a, Q> {
     queries: &'a Q,
     options: &'a Options,
     stats: &'a mut Stats,
-    record: Record,
+    record: &'a mut Record,
     /// Its first ray.
     view: View,
     origin: DVec3,
@@ -180,13 +188,13 @@ struct Vertex<'a> {
 }
 
 impl<'a, Q: Queries> Walk<'a, Q> {
-    fn from_camera(tracer: &'a PathTracer<'a, Q>, view: View, stats: &'a mut Stats) -> Self {
+    fn from_camera(tracer: &'a PathTracer<'a, Q>, view: View, record: &'a mut Record, stats: &'a mut Stats) -> Self {
         Self {
             scene: tracer.scene,
             queries: tracer.queries,
             options: &tracer.options,
             stats,
-            record: Record::new(tracer.options.shift.as_ref()),
+            record,
             view,
             origin: view.ray.origin,
             direction: view.ray.direction,

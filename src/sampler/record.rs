@@ -70,6 +70,7 @@ impl Arrival<'_> {
 }
 
 impl Record {
+    /// Of no path yet.
     pub fn new(options: Option<&shift::Options>) -> Self {
         let none = Colour::ZERO;
         Self {
@@ -86,11 +87,23 @@ impl Record {
         }
     }
 
+    /// For the next path. (What is large stays where it is.)
+    pub fn clear(&mut self) {
+        (self.plain, self.beyond) = (Colour::ZERO, Colour::ZERO);
+        (self.stage, self.chain) = (Stage::Plain, None);
+        if let Some(path) = &mut self.shiftable {
+            path.clear();
+        }
+    }
+
     /// The first vertex, and the path's density there in the measure of shift/run.rs.
     pub fn first(&mut self, image: ImagePoint, density: f64, arrival: &Arrival) {
         let (true, Some(vertex)) = (self.run > 0, self.run_vertex(arrival, Depth::far)) else { return };
         self.rest = Colour::splat(1.0 / density);
-        self.shiftable = Some(Shiftable::new(image, vertex));
+        match &mut self.shiftable {
+            Some(path) => path.renew(image, vertex),
+            None => self.shiftable = Some(Shiftable::new(image, vertex)),
+        }
         self.stage = Stage::Run;
     }
 
@@ -255,7 +268,7 @@ impl Record {
     }
 
     /// What can be shifted, if it carries anything.
-    pub fn finish(mut self) -> Option<Shiftable> {
+    pub fn finish(&mut self) -> Option<&Shiftable> {
         match self.stage {
             Stage::Beyond { onwards: direction, wing: true } => {
                 let beyond = self.beyond;
@@ -266,7 +279,8 @@ impl Record {
             Stage::Beyond { wing: false, .. } => self.add_plain(self.beyond),
             _ => {}
         }
-        self.shiftable?.carrying()
+        let path = self.shiftable.as_mut()?;
+        path.drop_what_carries_nothing().then_some(&*path)
     }
 
     fn onwards(&mut self) -> Option<&mut Onwards> {

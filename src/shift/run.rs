@@ -118,6 +118,16 @@ impl Shiftable {
         Self { image, run: [first; MAX_RUN], length: 1, onwards: None, chain: None }
     }
 
+    /// The same in the place of another path, without writing all of it.
+    pub fn renew(&mut self, image: ImagePoint, first: RunVertex) {
+        (self.image, self.run[0], self.length) = (image, first, 1);
+    }
+
+    /// No path.
+    pub fn clear(&mut self) {
+        (self.length, self.onwards, self.chain) = (0, None, None);
+    }
+
     pub fn run(&self) -> &[RunVertex] {
         self.run.get(..self.length).unwrap_or(&[])
     }
@@ -127,7 +137,7 @@ impl Shiftable {
     }
 
     pub fn last_mut(&mut self) -> Option<&mut RunVertex> {
-        self.run.get_mut(self.length - 1)
+        self.run.get_mut(self.length.checked_sub(1)?)
     }
 
     /// Appends a vertex to the run. False: it is full.
@@ -141,8 +151,8 @@ impl Shiftable {
         room
     }
 
-    /// Without vertices and links after the last contribution; None if there is none.
-    pub fn carrying(mut self) -> Option<Self> {
+    /// Drops links that carry nothing, and vertices after the last that does. False: none is left.
+    pub fn drop_what_carries_nothing(&mut self) -> bool {
         let carries = |rest: &Colour| rest.max_element() > 0.0;
         let rests = self.rests();
         if !rests[PLAIN..CHAIN].iter().any(carries) {
@@ -153,9 +163,9 @@ impl Shiftable {
         }
         let leaves = |i: usize| self.onwards.is_some_and(|onwards| onwards.from == i);
         let needed = |i: usize| self.run[i].light.is_some() || leaves(i) || self.chain.is_some_and(|chain| chain.from == i);
-        let last = (0..self.length).rev().find(|i| needed(*i))?;
-        self.length = last + 1;
-        Some(self)
+        let last = (0..self.length).rev().find(|i| needed(*i));
+        self.length = last.map_or(0, |last| last + 1);
+        self.length > 0
     }
 
     /// `rest` of each group; 0 for those that carry nothing.

@@ -19,13 +19,15 @@ pub fn record(world: &World, options: sampler::Options, pass: u64) -> Record {
     let mut view = [View::through(&scene, place, lens)];
     View::trace(&mut view, &scene, &world.geometry).expect("never stops");
     let mut numbers = RandomNumbers::for_path(options.seed, pass, pixel);
-    tracer.trace(view[0], &mut numbers, &mut Stats::default()).expect("never stops")
+    let mut record = Record::new(options.shift.as_ref());
+    tracer.trace(view[0], &mut numbers, &mut record, &mut Stats::default()).expect("never stops");
+    record
 }
 
 /// Shiftable paths of up to six edges.
 pub fn paths(world: &World, options: &shift::Options, count: u64) -> Vec<Shiftable> {
     let options = sampler::Options { max_depth: 6, rr_depth: 4, seed: 11, shift: Some(*options) };
-    (0..count).filter_map(|pass| record(world, options, pass).finish()).collect()
+    (0..count).filter_map(|pass| record(world, options, pass).finish().copied()).collect()
 }
 
 /// The batch that pass number `pass` makes of a path: its splats and what they cost.
