@@ -58,7 +58,7 @@ static void test_defaults(void) {
     CHECK_STATUS(volgrad_shift_options_default(&o, sizeof o), VOLGRAD_OK);
     CHECK(o.struct_size == sizeof o && o.mode == VOLGRAD_SHIFT_NONE && o.kernel == VOLGRAD_KERNEL_TILE);
     CHECK(o.radius_unit == VOLGRAD_RADIUS_PIXELS && o.radius == 4 && o.count == 8);
-    CHECK(o.run == 1 && o.exact_count == 1 && o.alpha == 1 && o.clamp == 0);
+    CHECK(o.run == 2 && o.exact_count == 1 && o.alpha == 1 && o.clamp == 0);
     FILL(larger);
     CHECK_STATUS(volgrad_shift_options_default(&larger.options, sizeof larger - 4), VOLGRAD_OK);
     CHECK(larger.options.struct_size == sizeof larger - 4 && larger.options.count == 8);
