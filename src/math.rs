@@ -4,7 +4,7 @@
 //! Single precision appears where values cross to the host (`Vec3`, `Rgb`).
 
 pub use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
-pub use libm::{acos, atan2, cbrt, cos, exp, expm1, floor, log1p, sin, sqrt};
+pub use libm::{acos, atan2, cos, exp, expm1, floor, log1p, sin, sqrt};
 
 use core::f64::consts::PI;
 

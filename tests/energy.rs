@@ -77,6 +77,14 @@ fn furnace_with_shifts() {
     }
 }
 
+/// An estimate with lights picked with some weight against one without.
+fn assert_same_total(weight: f64, other: &Estimate, never: &Estimate) {
+    let (a, b) = (other.total(), never.total());
+    let z = (a.value - b.value) / a.error.hypot(b.error);
+    println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);
+    assert!(z.abs() < 4.0);
+}
+
 /// A light that is rarely or never picked is found by chance instead, with the weight that next-event estimation leaves.
 #[test]
 fn how_often_a_light_is_picked_changes_nothing() {
@@ -96,11 +104,7 @@ fn how_often_a_light_is_picked_changes_nothing() {
     let estimate = |weight| Estimate::of_path_tracer(&world(weight), options(5, None), 1024 * scale());
     let never = estimate(0.0);
     for weight in [0.05, 1.0, 50.0] {
-        let other = estimate(weight);
-        let (a, b) = (other.total(), never.total());
-        let z = (a.value - b.value) / a.error.hypot(b.error);
-        println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);
-        assert!(z.abs() < 4.0);
+        assert_same_total(weight, &estimate(weight), &never);
     }
 }
 
@@ -180,11 +184,7 @@ fn how_often_an_environment_map_is_picked_changes_nothing() {
     let estimate = |weight, shift| Estimate::of_path_tracer(&world(weight), options(5, shift), 512 * scale());
     let never = estimate(0.0, None);
     for (weight, shift) in [(0.05, None), (1.0, Some(shift))] {
-        let other = estimate(weight, shift);
-        let (a, b) = (other.total(), never.total());
-        let z = (a.value - b.value) / a.error.hypot(b.error);
-        println!("weight {weight}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", a.value, a.error, b.value, b.error);
-        assert!(z.abs() < 4.0);
+        assert_same_total(weight, &estimate(weight, shift), &never);
     }
 }
 

@@ -7,7 +7,6 @@ mod vertex;
 pub use contribution::{Factors, contribution, factors};
 pub(crate) use gradient::Seen;
 pub use gradient::{
-    Gradient, LogDerivative, LogGradient, Move, Neighbour, Wing, log_gradient, path_log_gradient, path_run_log_derivative,
-    path_run_log_gradient,
+    Gradient, LogDerivative, LogGradient, Neighbour, Wing, path_log_gradient, path_run_log_derivative, path_run_log_gradient,
 };
 pub use vertex::{Node, Path, PathError, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};

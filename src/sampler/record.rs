@@ -67,6 +67,13 @@ impl Arrival<'_> {
     fn is_far(&self) -> bool {
         matches!(self.next, Next::Direction(_))
     }
+
+    /// The vertex that it is in a run, if it can be in one.
+    fn run_vertex(&self, depth: Depth) -> Option<RunVertex> {
+        let Next::Point { position, .. } = self.next else { return None };
+        let Line { direction, length, .. } = self.line;
+        Some(RunVertex { x: position, place: self.place?, depth, to_previous: -direction, distance: length, light: None })
+    }
 }
 
 impl Record {
@@ -98,7 +105,10 @@ impl Record {
 
     /// The first vertex, and the path's density there in the measure of shift/run.rs.
     pub fn first(&mut self, image: ImagePoint, density: f64, arrival: &Arrival) {
-        let (true, Some(vertex)) = (self.run > 0, self.run_vertex(arrival, Depth::far)) else { return };
+        if self.run == 0 {
+            return;
+        }
+        let Some(vertex) = arrival.run_vertex(self.depth(arrival, Depth::far)) else { return };
         self.rest = Colour::splat(1.0 / density);
         match &mut self.shiftable {
             Some(path) => path.renew(image, vertex),
@@ -136,8 +146,14 @@ impl Record {
         if path.first().place.is_surface() || path.run().len() >= self.run {
             return false;
         }
-        let Some(vertex) = self.run_vertex(arrival, |moments, _, _| Depth::whole(moments)) else { return false };
-        self.last = (arrival.sigma_s, self.depth(arrival, Depth::near));
+        let Line { direction, length, .. } = arrival.line;
+        let (mut whole, mut near) = (Depth::constant(arrival.optical_depth), Depth::constant(arrival.optical_depth));
+        if self.derivatives {
+            let moments = moments(&arrival.line);
+            (whole, near) = (Depth::whole(&moments), Depth::near(&moments, direction, length));
+        }
+        let Some(vertex) = arrival.run_vertex(whole) else { return false };
+        self.last = (arrival.sigma_s, near);
         self.shiftable.as_mut().is_some_and(|path| path.push(vertex))
     }
 
@@ -191,13 +207,6 @@ impl Record {
 
     fn pass(&mut self, arrival: &Arrival) {
         self.rest *= arrival.sigma_s * transmittance(arrival.optical_depth) / arrival.density;
-    }
-
-    fn run_vertex(&self, arrival: &Arrival, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Option<RunVertex> {
-        let Next::Point { position, .. } = arrival.next else { return None };
-        let Line { direction, length, .. } = arrival.line;
-        let depth = self.depth(arrival, kind);
-        Some(RunVertex { x: position, place: arrival.place?, depth, to_previous: -direction, distance: length, light: None })
     }
 
     fn depth(&self, arrival: &Arrival, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Depth {

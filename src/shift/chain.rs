@@ -7,7 +7,7 @@
 use super::evaluate::{CHUNK, Evaluation, ray};
 use super::place::Member;
 use crate::math::{Colour, DVec2, DVec3, luminance, transmittance};
-use crate::medium::{Line, NONE, optical_depth};
+use crate::medium::{Line, NONE, optical_depth_or_dark};
 use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, Queries, Ray, Scene, Stop, surface_epsilon};
 
 /// Most specular surfaces in a row.
@@ -101,7 +101,7 @@ impl Tip {
     fn follow(&self, scene: &Scene, hit: &Hit, event: Option<bool>) -> Found {
         let distance = if hit.kind == HIT_SURFACE { f64::from(hit.t) } else { f64::INFINITY };
         let line = Line::new(scene.media, self.origin, self.direction, distance, hit.media());
-        let value = self.value * transmittance(optical_depth(&line));
+        let value = self.value * transmittance(optical_depth_or_dark(&line));
         let Some(transmitted) = event else { return Found::Light(value * self.emission(scene, hit)) };
         let bsdf = scene.materials.get(hit.material as usize).filter(|_| hit.kind == HIT_SURFACE);
         let normal = hit.unit_normal();

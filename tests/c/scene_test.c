@@ -9,12 +9,7 @@ static alignas(16) unsigned char memory[1 << 16];
 /* s.media[1] becomes a grid. */
 static void fill(void) {
     small_scene_fill(&s);
-    s.desc.media_count = 2;
-    volgrad_medium *grid = &s.media[1];
-    grid->kind = VOLGRAD_MEDIUM_GRID;
-    grid->density = densities;
-    grid->nx = grid->ny = grid->nz = 2;
-    grid->local_to_world[0] = grid->local_to_world[5] = grid->local_to_world[10] = 1;
+    small_scene_add_grid(&s, densities);
 }
 
 /* Refuses the description `s` with `status`, blames `field` and `index`; then resets it. */

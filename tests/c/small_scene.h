@@ -58,6 +58,16 @@ static inline volgrad_scene_desc *small_scene_fill(small_scene *s) {
     return &s->desc;
 }
 
+/* s->media[1] becomes a grid of 2 x 2 x 2 densities in the unit cube. */
+static inline void small_scene_add_grid(small_scene *s, const float *densities) {
+    volgrad_medium *grid = &s->media[1];
+    s->desc.media_count = 2;
+    grid->kind = VOLGRAD_MEDIUM_GRID;
+    grid->density = densities;
+    grid->nx = grid->ny = grid->nz = 2;
+    grid->local_to_world[0] = grid->local_to_world[5] = grid->local_to_world[10] = 1;
+}
+
 /* Makes the scene; `*memory` is to be freed. */
 static inline const volgrad_scene *scene_make(const volgrad_scene_desc *desc, void **memory) {
     size_t bytes = 0;

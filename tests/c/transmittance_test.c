@@ -107,12 +107,7 @@ static void test_refusals(void) {
 int main(void) {
     void *memory;
     small_scene_fill(&s);
-    s.desc.media_count = 2;
-    volgrad_medium *grid = &s.media[1];
-    grid->kind = VOLGRAD_MEDIUM_GRID;
-    grid->density = densities;
-    grid->nx = grid->ny = grid->nz = 2;
-    grid->local_to_world[0] = grid->local_to_world[5] = grid->local_to_world[10] = 1;
+    small_scene_add_grid(&s, densities);
     scene = scene_make(&s.desc, &memory);
     test_defaults();
     test_means();

@@ -5,7 +5,7 @@ use crate::reference::differences::derivative;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use volgrad::math::{Colour, DVec2, DVec3};
-use volgrad::scene::{Light, LightSample, Lights};
+use volgrad::scene::{Light, LightSample, Lights, leave_constant_sky_to_chance};
 
 const CORNER: DVec3 = DVec3::new(1.0, 2.0, -0.5);
 const EDGE_U: DVec3 = DVec3::new(0.5, 0.2, 0.1);
@@ -129,4 +129,20 @@ fn lights_are_picked_as_often_as_stated() {
     assert!(lights.pick(1.0 - f64::EPSILON / 2.0).is_some_and(|(index, ..)| index == 3), "the largest number below 1");
     assert_eq!((lights.probability(4), lights.get(4)), (0.0, None));
     assert!(Lights::default().pick(0.5).is_none(), "a scene without lights");
+}
+
+/// Beside a light with a weight a constant sky has none; alone, or beside lights without one, it keeps its own.
+#[test]
+fn a_constant_sky_is_picked_only_if_it_is_alone() {
+    let sky = Light::Environment { radiance: COLOUR };
+    for (lights, before, after) in [
+        (&[sky][..], &[0.5][..], &[0.5][..]),
+        (&[SPHERE, sky], &[0.2, 0.7], &[0.2, 0.0]),
+        (&[sky, SPHERE], &[0.7, 0.0], &[0.7, 0.0]),
+        (&[SPHERE, TRIANGLE], &[0.2, 0.7], &[0.2, 0.7]),
+    ] {
+        let mut weights = before.to_vec();
+        leave_constant_sky_to_chance(lights, &mut weights);
+        assert_eq!(weights, after);
+    }
 }

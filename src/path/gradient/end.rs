@@ -1,10 +1,10 @@
 //! What changes at the two ends of a run that moves: the edge to a neighbour that stays, and the phase functions on both sides of it.
 
 use super::LogGradient;
-use super::neighbour::{Beyond, Neighbour, Seen, Wing};
+use super::neighbour::{Beyond, Neighbour, Seen};
 use super::run::Side;
 use crate::math::DVec3;
-use crate::medium::{Line, Medium, moments};
+use crate::medium::{Line, moments};
 use crate::phase::{Phase, cosine_gradient_wing};
 use crate::scene::Camera;
 
@@ -75,33 +75,4 @@ impl LogGradient {
             ..Self::default()
         }
     }
-}
-
-/// A medium vertex x between its neighbours p (towards the camera) and n (towards the light), of which none reflects or emits
-/// differently into different directions.
-#[derive(Clone, Copy, Debug)]
-pub struct Move<'a> {
-    pub x: DVec3,
-    pub medium: &'a Medium<'a>,
-    pub previous: Neighbour,
-    pub next: Neighbour,
-    /// From p to x, and from x to n.
-    pub previous_line: Line<'a>,
-    pub next_line: Line<'a>,
-    pub previous_wing: Option<Wing>,
-    pub next_wing: Option<Wing>,
-}
-
-/// ∇log f for all factors that depend on x. None where σ_s(x) = 0.
-pub fn log_gradient(camera: &Camera, m: &Move) -> Option<LogGradient> {
-    let end = |side, onwards, neighbour, line, wing| {
-        let beyond = Beyond { wing, ..Beyond::at(neighbour) };
-        End { side, x: m.x, phase: m.medium.phase, onwards, beyond, line }.log_gradient(camera)
-    };
-    let (to_previous, to_next) = (-m.previous_line.direction, m.next_line.direction);
-    let ends = [
-        end(Side::Previous, to_next, m.previous, m.previous_line, m.previous_wing),
-        end(Side::Next, to_previous, m.next, m.next_line, m.next_wing),
-    ];
-    Some(LogGradient { scattering: m.medium.log_sigma_s_gradient(m.x)?, ..LogGradient::of_ends(ends) })
 }

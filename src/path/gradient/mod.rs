@@ -7,7 +7,6 @@ mod neighbour;
 mod run;
 mod specular;
 
-pub use end::{Move, log_gradient};
 pub(crate) use neighbour::Seen;
 pub use neighbour::{Neighbour, Wing};
 pub use specular::{LogDerivative, path_run_log_derivative};
