@@ -8,7 +8,7 @@ use volgrad::math::{Colour, DVec3};
 use volgrad::medium::{Density, Medium, Segment};
 use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, Vertex, contribution, path_log_gradient};
 use volgrad::phase::Phase;
-use volgrad::scene::{Light, Lights, Scene};
+use volgrad::scene::{Bounds, Light, Lights, Scene};
 use volumes::{CAMERA, LIGHT, ONE_SEGMENT, Shape, Volume, rays};
 
 /// Medium 0 on both edges.
@@ -25,8 +25,8 @@ fn paths() -> Vec<[Vertex; 3]> {
 fn bench(c: &mut Criterion, name: &str, medium: Medium) {
     let media = [medium];
     let lights = [Light::Point { position: LIGHT, intensity: Colour::ONE }];
-    let lights = Lights { lights: &lights, cdf: &[1.0], environment: None };
-    let scene = Scene { camera: CAMERA, media: &media, materials: &[], lights };
+    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], environment: None };
+    let scene = Scene { camera: CAMERA, media: &media, materials: &[], lights, bounds: Bounds::default() };
     let paths = paths();
     let mut next = paths.iter().cycle();
     let mut path = || Path { vertices: next.next().map_or(&[], |path| path), segments: &SEGMENTS, edge_ends: &[1, 2] };

@@ -11,7 +11,7 @@ use volgrad::math::{Colour, DVec2};
 use volgrad::medium::{Line, Medium, optical_depth_or_dark};
 use volgrad::phase::Phase;
 use volgrad::sampler::{self, PathTracer, RandomNumbers, Record, Stats, shift_numbers};
-use volgrad::scene::{HIT_NONE, Hit, Light, Lights, Queries, Ray, Scene, Stop, View};
+use volgrad::scene::{Bounds, HIT_NONE, Hit, Light, Lights, Queries, Ray, Scene, Stop, View};
 use volgrad::shift::{Draw, Kernel, MAX_RUN, Mode, Options, Radius, Scratch, Shiftable, Tile, Tiling};
 use volumes::{CAMERA, LIGHT, ONE_SEGMENT, Shape, Volume};
 
@@ -166,8 +166,8 @@ fn with_scene(body: impl FnOnce(&Scene)) {
     let volume = Volume::new(SIDE, Shape::Full, DEPTH, true);
     let media = [Medium { phase: PHASE, ..volume.medium() }];
     let lights = [Light::Point { position: LIGHT, intensity: Colour::ONE }];
-    let lights = Lights { lights: &lights, cdf: &[1.0], environment: None };
-    body(&Scene { camera: CAMERA, media: &media, materials: &[], lights });
+    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], environment: None };
+    body(&Scene { camera: CAMERA, media: &media, materials: &[], lights, bounds: Bounds::default() });
 }
 
 fn modes(c: &mut Criterion) {

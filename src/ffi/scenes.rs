@@ -8,7 +8,7 @@ use super::types::*;
 use crate::math::Rgb;
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
 use crate::scene::{
-    Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
+    Bounds, Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
 };
 use core::ffi::c_void;
 use core::mem::{align_of, size_of};
@@ -221,9 +221,12 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     if let Some((i, _)) = environments.next() {
         return Err(VOLGRAD_ERROR_RANGE.at(c"lights.kind", i as usize));
     }
-    let lights = Lights { lights, cdf, environment };
+    let lights = Lights { lights, cdf, media: &[], environment };
     // SAFETY: as above.
-    unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { camera, media, materials, lights } }) };
+    unsafe {
+        object
+            .write(volgrad_scene { stamp: STAMP, scene: Scene { camera, media, materials, lights, bounds: Bounds::default() } })
+    };
     Ok(object)
 }
 

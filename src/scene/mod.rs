@@ -14,6 +14,7 @@ pub use light::{
 pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
 pub use view::View;
 
+use crate::math::DVec3;
 use crate::medium::Medium;
 
 /// Everything of a scene but its geometry.
@@ -23,6 +24,15 @@ pub struct Scene<'a> {
     pub media: &'a [Medium<'a>],
     pub materials: &'a [Bsdf],
     pub lights: Lights<'a>,
+    pub bounds: Bounds,
+}
+
+/// A sphere around all surfaces, null ones included: what light from infinitely far away has to be aimed at. Radius 0: unknown, no
+/// subpath starts from such light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bounds {
+    pub centre: DVec3,
+    pub radius: f64,
 }
 
 impl Scene<'_> {

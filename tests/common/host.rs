@@ -20,8 +20,8 @@ use volgrad::medium::{Brick, Density, EdgeMoments, Grid, Line, Medium, NONE, Seg
 use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};
 use volgrad::phase::Phase;
 use volgrad::scene::{
-    Bsdf, Camera, Conductor, EnvironmentMap, Falloff, Ggx, Light, Lights, RoughConductor, RoughDielectric, Scene, running_sums,
-    sums_length,
+    Bounds, Bsdf, Camera, Conductor, EnvironmentMap, Falloff, Ggx, Light, Lights, RoughConductor, RoughDielectric, Scene,
+    running_sums, sums_length,
 };
 
 pub fn vec(v: reference_vector::Vec3) -> DVec3 {
@@ -280,7 +280,8 @@ pub fn with_path<R>(world: &World, path: &ReferencePath, bricks: Bricks, visit: 
     let host_media = host_media(world, bricks);
     let media: Vec<Medium> = host_media.iter().map(HostMedium::view).collect();
     let HostPath { vertices, segments, edge_ends, materials, lights } = HostPath::new(world, path);
-    let lights = Lights { lights: &lights, cdf: &[1.0], environment: None };
-    let scene = Scene { camera: camera(&world.camera), media: &media, materials: &materials, lights };
+    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], environment: None };
+    let scene =
+        Scene { camera: camera(&world.camera), media: &media, materials: &materials, lights, bounds: Bounds::default() };
     visit(&scene, &Path { vertices: &vertices, segments: &segments, edge_ends: &edge_ends })
 }

@@ -11,7 +11,7 @@ pub mod scenes;
 
 use volgrad::math::{DVec3, Vec3};
 use volgrad::medium::{NONE, Segment};
-use volgrad::scene::{HIT_OVERFLOW, HIT_SURFACE, Hit, MAX_SEGMENTS, Queries, Ray, Stop};
+use volgrad::scene::{Bounds, HIT_OVERFLOW, HIT_SURFACE, Hit, MAX_SEGMENTS, Queries, Ray, Stop};
 
 /// Index-matched walls around a medium.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +124,22 @@ impl Shape {
 }
 
 impl Geometry {
+    /// A sphere around everything.
+    pub fn bounds(&self) -> Bounds {
+        let boxes = self.boxes.iter().flat_map(|b| [b.low, b.high]);
+        let surfaces = self.surfaces.iter().flat_map(|surface| match surface.shape {
+            Shape::Parallelogram { corner, edge_u, edge_v } => {
+                [corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v]
+            }
+            Shape::Disc { centre, radius, .. } => [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]]
+                .map(|[a, b]| centre + radius * DVec3::new(a, b, a * b) * 1.5),
+        });
+        let points: Vec<DVec3> = boxes.chain(surfaces).collect();
+        let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+        let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+        if points.is_empty() { Bounds::default() } else { Bounds { centre, radius } }
+    }
+
     /// The medium at a point, or NONE.
     pub fn medium_at(&self, x: DVec3) -> u32 {
         self.boxes.iter().rev().find(|b| b.holds(x)).map_or(NONE, |b| b.medium)

@@ -16,6 +16,8 @@ pub struct World {
     /// Picking probabilities of the lights.
     pub picks: Vec<f64>,
     cdf: Vec<f64>,
+    /// The medium in front of each light; no light here lies in another one than where its first point is.
+    light_media: Vec<u32>,
     pub geometry: Geometry,
 }
 
@@ -30,6 +32,7 @@ impl World {
             lights: vec![],
             picks: vec![],
             cdf: vec![],
+            light_media: vec![],
             geometry: Geometry::default(),
         }
     }
@@ -49,7 +52,19 @@ impl World {
             })
             .collect();
         self.cdf.last_mut().into_iter().for_each(|last| *last = 1.0);
+        self.find_light_media();
         self
+    }
+
+    fn find_light_media(&mut self) {
+        let place = |light: &Light| match *light {
+            Light::Parallelogram { corner, edge_u, edge_v, .. } => Some(corner + 0.5 * (edge_u + edge_v)),
+            Light::Triangle { corner, edge_u, edge_v, .. } => Some(corner + 0.25 * (edge_u + edge_v)),
+            Light::Sphere { centre, radius, .. } => Some(centre + radius * DVec3::X),
+            Light::Point { position, .. } | Light::Spot { position, .. } => Some(position),
+            _ => None,
+        };
+        self.light_media = self.lights.iter().map(|l| place(l).map_or(NONE, |x| self.geometry.medium_at(x))).collect();
     }
 
     /// A parallelogram light, and its black surface.
@@ -66,6 +81,7 @@ impl World {
         self.media.push(medium);
         self.geometry.boxes.push(MediumBox::new(low, high, index));
         self.camera.medium = self.geometry.medium_at(self.camera.position + self.camera.near_clip * self.camera.forward);
+        self.find_light_media();
         self
     }
 
@@ -78,8 +94,10 @@ impl World {
 
     pub fn scene(&self) -> Scene<'_> {
         let environment = self.lights.iter().position(Light::is_environment);
-        let lights = Lights { lights: &self.lights, cdf: &self.cdf, environment: environment.map(|i| i as u32) };
-        Scene { camera: self.camera, media: &self.media, materials: &self.materials, lights }
+        let environment = environment.map(|i| i as u32);
+        let lights = Lights { lights: &self.lights, cdf: &self.cdf, media: &self.light_media, environment };
+        let bounds = self.geometry.bounds();
+        Scene { camera: self.camera, media: &self.media, materials: &self.materials, lights, bounds }
     }
 }
 

@@ -3,6 +3,7 @@
 //! A light's own `direction` is the one in which its light travels, from the light to what it shines on.
 
 mod distribution;
+mod emission;
 mod environment_map;
 mod spot;
 
@@ -162,6 +163,8 @@ pub struct Lights<'a> {
     pub lights: &'a [Light<'a>],
     /// Running sums of the picking probabilities; the last is 1. As long as `lights`.
     pub cdf: &'a [f64],
+    /// The medium in front of each area light and around each point and spot light; NONE where there is no entry. As long as `lights`, or empty.
+    pub media: &'a [u32],
     /// Index of the environment light among them.
     pub environment: Option<u32>,
 }

@@ -20,6 +20,11 @@ impl Falloff {
         Self { cos_inner, cos_outer, outer, width: outer - acos(cos_inner) }
     }
 
+    /// Of the outer cone's half angle.
+    pub fn cos_outer(&self) -> f64 {
+        self.cos_outer
+    }
+
     pub fn at(&self, cosine: f64) -> f64 {
         if cosine >= self.cos_inner {
             1.0
