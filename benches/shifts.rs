@@ -78,7 +78,13 @@ struct Sample {
 
 /// Paths with runs of full length, as the path sampler finds them.
 fn samples(scene: &Scene, options: &Options) -> Vec<Sample> {
-    let options = sampler::Options { max_depth: MAX_DEPTH, rr_depth: MAX_DEPTH, seed: SEED, shift: Some(*options) };
+    let options = sampler::Options {
+        max_depth: MAX_DEPTH,
+        rr_depth: MAX_DEPTH,
+        seed: SEED,
+        shift: Some(*options),
+        left_out: volgrad::sampler::Lengths::NONE,
+    };
     let tracer = PathTracer { scene, queries: &Open, options };
     (0..).filter_map(|pass| sample(&tracer, pass)).take(PATHS).collect()
 }

@@ -95,7 +95,13 @@ fn a_path_handed_in_is_shifted_like_the_samplers_own() {
     for mode in [Mode::Exchangeable, Mode::LinearDepth, Mode::Exact] {
         for run in 1..=3 {
             let shift = Options { run, ..Options::new(mode, Kernel::Disk(Radius::Pixels(0.7)), 6) };
-            let sampler = sampler::Options { max_depth: 6, rr_depth: 9, seed: 41, shift: Some(shift) };
+            let sampler = sampler::Options {
+                max_depth: 6,
+                rr_depth: 9,
+                seed: 41,
+                shift: Some(shift),
+                left_out: volgrad::sampler::Lengths::NONE,
+            };
             let (mut compared, mut apart, mut full) = (0_u32, 0_u32, 0);
             for pass in 0..3000 {
                 let Some(path) = record(&world, sampler, pass).finish().copied() else { continue };

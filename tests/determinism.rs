@@ -26,7 +26,7 @@ fn options(shift: Option<(Mode, Kernel)>) -> Options {
         let count = if kernel == Kernel::Tile { 8 } else { 3 };
         shift::Options { run: 3, alpha: 0.25, ..shift::Options::new(mode, kernel, count) }
     });
-    Options { max_depth: 6, rr_depth: 3, seed: 5, shift }
+    Options { max_depth: 6, rr_depth: 3, seed: 5, shift, left_out: volgrad::sampler::Lengths::NONE }
 }
 
 /// A film with its memory, and the counts of what went into it.

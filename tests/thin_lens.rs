@@ -51,7 +51,11 @@ fn share(x: u32, y: u32) -> f64 {
 #[test]
 fn out_of_focus_is_as_blurred_as_geometry_says() {
     let world = World::new(lens_camera()).area_light(LAMP.0, LAMP.1, LAMP.2, 1.0, 1.0);
-    let estimate = Estimate::of_path_tracer(&world, Options { max_depth: 1, rr_depth: 9, seed: 3, shift: None }, 64);
+    let estimate = Estimate::of_path_tracer(
+        &world,
+        Options { max_depth: 1, rr_depth: 9, seed: 3, shift: None, left_out: volgrad::sampler::Lengths::NONE },
+        64,
+    );
     let mut blurred = 0;
     for y in 0..SIDE {
         for x in 0..SIDE {

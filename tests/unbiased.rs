@@ -38,7 +38,7 @@ struct Subject {
 }
 
 fn subject(world: World, max_depth: u32) -> Subject {
-    let options = sampler::Options { max_depth, rr_depth: 3, seed: 1, shift: None };
+    let options = sampler::Options { max_depth, rr_depth: 3, seed: 1, shift: None, left_out: volgrad::sampler::Lengths::NONE };
     let reference = Estimate::of_path_tracer(&world, options, PASSES * scale());
     Subject { world, options, reference }
 }

@@ -6,7 +6,7 @@ use super::scenes::{scene, volgrad_scene};
 use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{volgrad_queries, volgrad_query_fn};
-use crate::sampler::{Options, PathTracer, Stats};
+use crate::sampler::{Lengths, Options, PathTracer, Stats};
 use crate::scene::{Hit, Queries, Ray, Stop};
 use core::ptr::null_mut;
 
@@ -187,5 +187,5 @@ fn options(o: &volgrad_path_sampler_options) -> Result<Options, Fault> {
         return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
     }
     let max_depth = if o.max_depth == 0 { u32::MAX } else { o.max_depth };
-    Ok(Options { max_depth, rr_depth: o.rr_depth, seed: o.seed, shift: shift_options(&o.shift)? })
+    Ok(Options { max_depth, rr_depth: o.rr_depth, seed: o.seed, shift: shift_options(&o.shift)?, left_out: Lengths::NONE })
 }

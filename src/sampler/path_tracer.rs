@@ -20,6 +20,30 @@ pub struct Options {
     pub rr_depth: u32,
     pub seed: u64,
     pub shift: Option<shift::Options>,
+    /// Paths that another sampler renders.
+    pub left_out: Lengths,
+}
+
+/// Lengths of paths, in edges: from `first` to `last`, both included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lengths {
+    pub first: u32,
+    pub last: u32,
+}
+
+impl Lengths {
+    pub const NONE: Self = Self { first: 1, last: 0 };
+
+    pub fn contains(self, length: u32) -> bool {
+        self.first <= length && length <= self.last
+    }
+}
+
+impl Options {
+    /// Most edges of a path that is not left out.
+    fn longest(&self) -> u32 {
+        if self.left_out.contains(self.max_depth) { self.left_out.first.saturating_sub(1) } else { self.max_depth }
+    }
 }
 
 /// Counts of what was done.
@@ -126,10 +150,11 @@ impl<Q: Queries> PathTracer<'_, Q> {
             return Ok(());
         }
         let mut walk = Walk::from_camera(self, view, record, stats);
-        for depth in 1..=self.options.max_depth {
+        let longest = self.options.longest();
+        for depth in 1..=longest {
             let numbers = numbers.vertex(depth);
             let Some(vertex) = walk.advance(depth, &numbers)? else { break };
-            if depth == self.options.max_depth || !walk.scatter(depth, &vertex, &numbers)? {
+            if depth == longest || !walk.scatter(depth, &vertex, &numbers)? {
                 break;
             }
         }
@@ -240,7 +265,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             return 1.0;
         }
         let optical_depth = self.view.whole_depth(self.scene);
-        if let Some(light) = light {
+        if let Some(light) = light.filter(|_| !self.options.left_out.contains(1)) {
             self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
         if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
@@ -334,13 +359,13 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         }
         let Some(bsdf) = bsdf else {
             if depth > 1 {
-                self.meet(self.scene.lights.environment?, 1.0, probability);
+                self.meet(depth, self.scene.lights.environment?, 1.0, probability);
             }
             return None;
         };
         let cosine = -normal.dot(self.direction);
         if depth > 1 && hit.light != NONE && cosine > 0.0 {
-            self.meet(hit.light, cosine / (length * length), probability);
+            self.meet(depth, hit.light, cosine / (length * length), probability);
         }
         let scatterer = Scatterer::Surface { bsdf, normal };
         let interaction = Interaction { position, to_camera: -self.direction, scatterer };
@@ -348,8 +373,8 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     }
 
     /// Records the emission of a light that the ray has reached; `geometry` takes solid angle to the light's own measure.
-    fn meet(&mut self, index: u32, geometry: f64, probability: f64) {
-        let Some(light) = self.scene.lights.get(index) else { return };
+    fn meet(&mut self, depth: u32, index: u32, geometry: f64, probability: f64) {
+        let Some(light) = self.scene.lights.get(index).filter(|_| !self.options.left_out.contains(depth)) else { return };
         let mis = self.sampled.map_or(1.0, |sampled| {
             let pick = self.scene.lights.probability(index);
             let going_on = sampled.pdf * probability * geometry;
@@ -368,7 +393,12 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     fn scatter(&mut self, depth: u32, vertex: &Vertex, numbers: &VertexNumbers) -> Result<bool, Stop> {
         let survival = self.survival(depth);
         let origin = |direction| self.origin_of(vertex, direction);
-        match next_event::sample(self.scene, self.queries, &vertex.interaction, survival, numbers, origin)? {
+        let outcome = if self.options.left_out.contains(depth + 1) {
+            Outcome::Nothing
+        } else {
+            next_event::sample(self.scene, self.queries, &vertex.interaction, survival, numbers, origin)?
+        };
+        match outcome {
             Outcome::Nothing => {}
             Outcome::Blocked => self.stats.occlusion_rays += 1,
             Outcome::Overflow => {

@@ -47,7 +47,7 @@ pub trait PrimarySample {
 #[derive(Clone, Debug)]
 pub struct RandomNumbers {
     rng: Pcg32,
-    place: [u32; 2],
+    place: Option<[u32; 2]>,
 }
 
 /// What of one sample, or of all samples of a pixel, must not share numbers.
@@ -56,6 +56,7 @@ const SHIFT: u64 = 1;
 const PLACE: u64 = 2;
 const TILES: u64 = 3;
 const LINE: u64 = 4;
+const LIGHT: u64 = 5;
 
 /// 2³²/φ and 2³²/φ², where φ³ = φ + 1: multiples of these, modulo 2³², fill the unit square evenly.
 /// Source: M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018 (R₂).
@@ -67,15 +68,20 @@ impl RandomNumbers {
         // One random place for all pixels, moved on by each pass: each alone is uniform. A tile's members are at each other's places.
         let mut start = stream(seed, 0, 0, PLACE);
         let place = SPREAD.map(|step| start.next_u32().wrapping_add(step.wrapping_mul(pass as u32)));
-        Self { rng: stream(seed, pass, pixel, PATH), place }
+        Self { rng: stream(seed, pass, pixel, PATH), place: Some(place) }
+    }
+
+    /// The subpath from a light that belongs to the same sample.
+    pub fn for_light(seed: u64, pass: u64, pixel: u32) -> Self {
+        Self { rng: stream(seed, pass, pixel, LIGHT), place: None }
     }
 }
 
 impl PrimarySample for RandomNumbers {
     fn vertex(&mut self, index: u32) -> VertexNumbers {
         let mut numbers = core::array::from_fn(|_| uniform(self.rng.next_u32()));
-        if index == 0 {
-            [numbers[Slot::DirectionU as usize], numbers[Slot::DirectionV as usize]] = self.place.map(uniform);
+        if let Some(place) = self.place.filter(|_| index == 0) {
+            [numbers[Slot::DirectionU as usize], numbers[Slot::DirectionV as usize]] = place.map(uniform);
         }
         numbers
     }

@@ -157,6 +157,13 @@ impl Camera {
         ImagePoint { pixel, ray, distance }
     }
 
+    /// Density per steradian of the rays through uniform points of the sampled pixels, at cosine `cosine` to the viewing direction.
+    pub fn direction_density(&self, cosine: f64) -> f64 {
+        let [x0, y0, x1, y1] = self.crop.map(f64::from);
+        let size = self.pixel_size();
+        1.0 / (size * size * (x1 - x0) * (y1 - y0) * cosine * cosine * cosine)
+    }
+
     /// Importance W_e emitted at cosine `cosine` to the viewing direction: 1/(A cos⁴θ), per image area, or 1/(A A_lens cos⁴θ) per
     /// area of the lens as well.
     pub fn importance(&self, cosine: f64) -> f64 {

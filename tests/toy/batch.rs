@@ -26,7 +26,13 @@ pub fn record(world: &World, options: sampler::Options, pass: u64) -> Record {
 
 /// Shiftable paths of up to six edges.
 pub fn paths(world: &World, options: &shift::Options, count: u64) -> Vec<Shiftable> {
-    let options = sampler::Options { max_depth: 6, rr_depth: 4, seed: 11, shift: Some(*options) };
+    let options = sampler::Options {
+        max_depth: 6,
+        rr_depth: 4,
+        seed: 11,
+        shift: Some(*options),
+        left_out: volgrad::sampler::Lengths::NONE,
+    };
     (0..count).filter_map(|pass| record(world, options, pass).finish().copied()).collect()
 }
 

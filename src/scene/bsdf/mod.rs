@@ -137,6 +137,16 @@ impl Bsdf {
         }
     }
 
+    /// Density with which a specular surface sends light that comes from the direction `from` to the one that follows, `to`: without its
+    /// delta factor, in a measure that is the same both ways, projected solid angle times squared index of refraction.
+    pub fn specular_density(&self, n: DVec3, from: DVec3, to: DVec3) -> f64 {
+        let cosine = n.dot(to);
+        let Self::Dielectric { eta } = *self else { return cosine.abs() };
+        let fresnel = Interface::new(n.dot(from), eta).fresnel();
+        let probability = if n.dot(from) * cosine > 0.0 { fresnel } else { 1.0 - fresnel };
+        probability * cosine.abs() * if cosine > 0.0 { 1.0 } else { eta * eta }
+    }
+
     /// ∂log f_r/∂to_camera and ∂log f_r/∂to_light per colour channel, as unconstrained vectors: for a direction ω to a point at a
     /// distance d, the gradient with respect to that point is (I − ωωᵀ)/d times it. 0 where f_r does not depend on the direction, or is 0.
     pub fn log_gradient(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> ([DVec3; 3], [DVec3; 3]) {

@@ -174,6 +174,11 @@ impl<'a> Lights<'a> {
         self.lights.get(index as usize)
     }
 
+    /// The medium in which subpaths from a light start.
+    pub fn medium(&self, index: u32) -> u32 {
+        self.media.get(index as usize).copied().unwrap_or(crate::medium::NONE)
+    }
+
     /// Probability that [`Lights::pick`] gives this one.
     pub fn probability(&self, index: u32) -> f64 {
         probability(self.cdf, index as usize)

@@ -1,0 +1,58 @@
+//! Weights of the techniques that could have made a path: (s, t) has s vertices from a light and t from the camera. [VG95] [V97 10.2]
+
+use super::vertex::Vertex;
+
+/// How the densities of techniques make weights that sum to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Heuristic {
+    /// p_i/Σp.
+    #[default]
+    Balance,
+    /// p_i²/Σp².
+    Power,
+}
+
+impl Heuristic {
+    fn of(self, ratio: f64) -> f64 {
+        match self {
+            Self::Balance => ratio,
+            Self::Power => ratio * ratio,
+        }
+    }
+}
+
+/// Densities, in the other subpath's direction, of the two vertices on either side of the connection and of those before them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Junction {
+    /// Of the camera's last vertex, and of the one before it, made from the light's side.
+    pub camera: [f64; 2],
+    /// Of the light's last vertex, and of the one before it, made from the camera's side.
+    pub light: [f64; 2],
+}
+
+/// The weight of the technique that joined these subpaths. Without light vertices the camera's last one is on a light.
+pub fn weight(camera: &[Vertex], light: &[Vertex], junction: &Junction, heuristic: Heuristic) -> f64 {
+    let reverse = |path: &[Vertex], near: &[f64; 2], i: usize| match path.len() - 1 - i {
+        after @ 0..2 => near[after],
+        _ => path[i].reverse,
+    };
+    // A path's last vertex is a light as well as what it is otherwise.
+    let connects = |path: &[Vertex], i: usize| (light.is_empty() && i + 1 == path.len()) || !path[i].is_specular();
+    let mut sum = 1.0;
+    let mut ratio = 1.0;
+    for i in (1..camera.len()).rev() {
+        ratio *= reverse(camera, &junction.camera, i) / camera[i].density;
+        if connects(camera, i) && connects(camera, i - 1) {
+            sum += heuristic.of(ratio);
+        }
+    }
+    ratio = 1.0;
+    for i in (0..light.len()).rev() {
+        ratio *= reverse(light, &junction.light, i) / light[i].density;
+        let possible = if i == 0 { light[0].can_be_found() } else { !light[i].is_specular() && !light[i - 1].is_specular() };
+        if possible {
+            sum += heuristic.of(ratio);
+        }
+    }
+    1.0 / sum
+}

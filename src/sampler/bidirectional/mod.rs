@@ -1,0 +1,110 @@
+//! Bidirectional path tracing in media: every way to split a path between a walk from the camera and one from a light, weighted with the
+//! true densities, free flight and phase functions included.
+
+mod connect;
+mod mis;
+mod subpath;
+mod vertex;
+
+pub use connect::{Connection, Connector};
+pub use mis::Heuristic;
+pub use subpath::{Limits, MAX_LENGTH, Subpath, from_camera, from_light};
+pub use vertex::{Edge, Kind, Vertex};
+
+use super::path_tracer::Stats;
+use super::primary::{PrimarySample, RandomNumbers, Slot, pair};
+use crate::film::Film;
+use crate::math::{Colour, DVec2};
+use crate::scene::{Queries, Scene, Stop, View};
+use core::ops::Range;
+
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Most edges of a path, at most [`MAX_LENGTH`].
+    pub max_length: u32,
+    /// Vertices of a subpath before Russian roulette begins.
+    pub rr_depth: u32,
+    pub seed: u64,
+    pub heuristic: Heuristic,
+}
+
+/// What one technique (s, t) made: s vertices from a light, t from the camera.
+pub struct Sample<'c, 'a> {
+    pub camera: &'c [Vertex<'a>],
+    pub light: &'c [Vertex<'a>],
+    pub connection: Connection,
+}
+
+/// The sampler; one may be used by any number of threads.
+#[derive(Clone, Copy, Debug)]
+pub struct Bidirectional<'a, Q> {
+    pub scene: &'a Scene<'a>,
+    pub queries: &'a Q,
+    pub options: Options,
+}
+
+impl<'a, Q: Queries> Bidirectional<'a, Q> {
+    /// One subpath through each of `pixels` of the camera's crop, numbered row by row, one from a light for each, and all their
+    /// connections.
+    pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        let (mut camera, mut light) = (Subpath::default(), Subpath::default());
+        for pixel in pixels {
+            let mut sum = Colour::ZERO;
+            let place = self.place(pass, pixel);
+            self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
+                let Connection { pixel, value, weight, .. } = sample.connection;
+                if sample.camera.len() == 1 { film.add(pixel, value * weight) } else { sum += value * weight }
+            })?;
+            film.add(place, sum);
+            stats.paths += 1;
+        }
+        Ok(())
+    }
+
+    fn place(&self, pass: u64, pixel: u32) -> DVec2 {
+        let [x0, y0, x1, _] = self.scene.camera.crop;
+        let width = (x1 - x0).max(1);
+        let corner = DVec2::new((x0 + pixel % width).into(), (y0 + pixel / width).into());
+        let first = RandomNumbers::for_path(self.options.seed, pass, pixel).vertex(0);
+        corner + pair(&first, Slot::DirectionU, Slot::DirectionV)
+    }
+
+    /// Everything that the two subpaths of one sample make, told to `tell` one by one.
+    pub fn sample(
+        &self,
+        pass: u64,
+        pixel: u32,
+        camera: &mut Subpath<'a>,
+        light: &mut Subpath<'a>,
+        stats: &mut Stats,
+        mut tell: impl FnMut(&Sample),
+    ) -> Result<(), Stop> {
+        let Options { max_length, rr_depth, seed, heuristic } = self.options;
+        let scene = self.scene;
+        let longest = (max_length as usize).min(MAX_LENGTH);
+        let place = self.place(pass, pixel);
+        let mut numbers = RandomNumbers::for_path(seed, pass, pixel);
+        let lens = scene.camera.lens_point(pair(&numbers.vertex(0), Slot::LightU, Slot::LightV));
+        let mut view = [View::through(scene, place, lens)];
+        View::trace(&mut view, scene, self.queries)?;
+        stats.rays += 1;
+        let limits = Limits { vertices: longest + 1, rr_depth: rr_depth as usize };
+        from_camera(scene, self.queries, &mut view[0], limits, &mut numbers, camera, stats)?;
+        let limits = Limits { vertices: longest, ..limits };
+        let mut numbers = RandomNumbers::for_light(seed, pass, pixel);
+        from_light(scene, self.queries, limits, &mut numbers, light, stats)?;
+        let connector = Connector { scene, queries: self.queries, heuristic, pixel: place, lens };
+        let (camera, light) = (camera.vertices(), light.vertices());
+        for t in 1..=camera.len() {
+            for s in 0..=light.len().min((longest + 1).saturating_sub(t)) {
+                let (camera, light) = (&camera[..t], &light[..s]);
+                if s + t > 2
+                    && let Some(connection) = connector.connect(camera, light, stats)?
+                {
+                    tell(&Sample { camera, light, connection });
+                }
+            }
+        }
+        Ok(())
+    }
+}

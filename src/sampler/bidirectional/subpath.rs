@@ -1,0 +1,374 @@
+//! Subpaths: random walks from the camera and from the lights. [V97 10]
+//!
+//! Walks from a light carry importance the other way, so light that passes a dielectric is not compressed: weights are those of radiance
+//! times the squared ratio of the indices of refraction.
+
+use super::vertex::{Edge, Kind, Vertex, disk_density};
+use crate::math::{Colour, DVec2, DVec3, absorptance, mean, orthonormal_basis, transmittance, uniform_disk};
+use crate::medium::{Flight, Line, sample_distance};
+use crate::sampler::path_tracer::Stats;
+use crate::sampler::primary::{PrimarySample, Slot, VertexNumbers, number, pair};
+use crate::scene::{BsdfSample, HIT_OVERFLOW, HIT_SURFACE, Hit, LightSample, Queries, Ray, Scene, Stop, View, surface_epsilon};
+
+/// Most edges of a bidirectional path.
+pub const MAX_LENGTH: usize = 64;
+
+/// Most vertices of a subpath.
+const MAX_VERTICES: usize = MAX_LENGTH + 1;
+
+const EMPTY: Vertex = Vertex {
+    kind: Kind::Camera,
+    position: DVec3::ZERO,
+    edge: Edge::NONE,
+    throughput: Colour::ONE,
+    extinction: Colour::ONE,
+    density: 1.0,
+    reverse: 0.0,
+    epsilon: 0.0,
+};
+
+/// Room for a subpath.
+pub struct Subpath<'a> {
+    vertices: [Vertex<'a>; MAX_VERTICES],
+    count: usize,
+}
+
+impl Default for Subpath<'_> {
+    fn default() -> Self {
+        Self { vertices: [EMPTY; MAX_VERTICES], count: 0 }
+    }
+}
+
+impl<'a> Subpath<'a> {
+    pub fn vertices(&self) -> &[Vertex<'a>] {
+        self.vertices.get(..self.count).unwrap_or(&[])
+    }
+
+    fn push(&mut self, vertex: Vertex<'a>) {
+        if let Some(slot) = self.vertices.get_mut(self.count) {
+            *slot = vertex;
+            self.count += 1;
+        }
+    }
+
+    fn set_reverse(&mut self, index: usize, density: f64) {
+        if let Some(vertex) = self.vertices.get_mut(index) {
+            vertex.reverse = density;
+        }
+    }
+}
+
+/// How long subpaths may get.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Most vertices.
+    pub vertices: usize,
+    /// Vertices before Russian roulette begins.
+    pub rr_depth: usize,
+}
+
+/// The largest probability of going on under Russian roulette.
+const MAX_SURVIVAL: f64 = 0.95;
+
+/// The subpath that begins with `view`.
+pub fn from_camera<'a, Q: Queries>(
+    scene: &'a Scene<'a>,
+    queries: &Q,
+    view: &mut View,
+    limits: Limits,
+    numbers: &mut impl PrimarySample,
+    path: &mut Subpath<'a>,
+    stats: &mut Stats,
+) -> Result<(), Stop> {
+    path.count = 0;
+    path.push(Vertex { position: view.ray.origin, ..EMPTY });
+    if view.hit.kind == HIT_OVERFLOW {
+        stats.overflows += 1;
+        return Ok(());
+    }
+    let share = collision_share(scene, view);
+    let mut walk = Walk {
+        scene,
+        queries,
+        path,
+        stats,
+        adjoint: false,
+        direction: view.ray.direction,
+        pdf: scene.camera.direction_density(view.ray.cosine),
+        throughput: Colour::ONE,
+        eta_squared: 1.0,
+    };
+    walk.go(limits, numbers, |walk, numbers| {
+        let line = view.line(scene, view.length());
+        let flight = sample_distance(&line, share * number(numbers, Slot::Distance));
+        walk.arrive(&view.hit, view.length(), flight, share)
+    })
+}
+
+/// Where nothing scatters at the end of the camera's edge, only those distance numbers are used that make a collision: their share.
+pub fn collision_share(scene: &Scene, view: &mut View) -> f64 {
+    let bsdf = scene.materials.get(view.hit.material as usize).filter(|_| view.hit.kind == HIT_SURFACE);
+    let dark_end = bsdf.is_none_or(|bsdf| bsdf.is_black());
+    if dark_end { mean(absorptance(view.whole_depth(scene))) } else { 1.0 }
+}
+
+/// The subpath from a light.
+pub fn from_light<'a, Q: Queries>(
+    scene: &'a Scene<'a>,
+    queries: &Q,
+    limits: Limits,
+    numbers: &mut impl PrimarySample,
+    path: &mut Subpath<'a>,
+    stats: &mut Stats,
+) -> Result<(), Stop> {
+    path.count = 0;
+    let first = numbers.vertex(0);
+    let Some(vertex) = light_vertex(scene, &first) else { return Ok(()) };
+    path.push(vertex);
+    if limits.vertices < 2 {
+        return Ok(());
+    }
+    let Some(start) = Start::new(scene, &vertex, pair(&first, Slot::DirectionU, Slot::DirectionV)) else { return Ok(()) };
+    let mut walk = Walk {
+        scene,
+        queries,
+        path,
+        stats,
+        adjoint: true,
+        direction: start.direction,
+        pdf: start.pdf,
+        throughput: vertex.throughput * start.weight,
+        eta_squared: 1.0,
+    };
+    walk.go(limits, numbers, |walk, numbers| {
+        let medium = vertex.medium(scene, start.direction);
+        let ray = Ray { t_min: vertex.epsilon as f32, ..Ray::free(start.origin, start.direction, f64::INFINITY, medium) };
+        let Some(hit) = walk.intersect(&ray)? else { return Ok(false) };
+        Ok(walk.fly(&hit, start.origin, number(numbers, Slot::Distance)))
+    })
+}
+
+/// A light, and a point on it or a direction to it.
+fn light_vertex<'a>(scene: &'a Scene<'a>, numbers: &VertexNumbers) -> Option<Vertex<'a>> {
+    let (index, light, _) = scene.lights.pick(number(numbers, Slot::Light))?;
+    let pick = scene.lights.probability(index);
+    let u = pair(numbers, Slot::LightU, Slot::LightV);
+    let (position, kind, pdf) = match light.sample_far(u) {
+        Some((to_light, pdf)) => (to_light, Kind::Far { light, index }, pdf),
+        None => match light.sample(u) {
+            LightSample::Point { position, normal, pdf } => (position, Kind::Light { light, index, normal }, pdf),
+            _ => return None,
+        },
+    };
+    let density = pick * pdf;
+    let on_area = matches!(kind, Kind::Light { normal: Some(_), .. });
+    let size = position.abs().max_element().max(scene.bounds.radius);
+    let epsilon = if on_area { surface_epsilon(position, size) } else { 0.0 };
+    (density > 0.0).then(|| Vertex { kind, position, throughput: Colour::splat(1.0 / density), density, epsilon, ..EMPTY })
+}
+
+/// The first ray from a light.
+struct Start {
+    origin: DVec3,
+    direction: DVec3,
+    /// Per steradian; from infinitely far away per area across the direction.
+    pdf: f64,
+    /// Emission over that density.
+    weight: Colour,
+}
+
+impl Start {
+    fn new(scene: &Scene, vertex: &Vertex, u: DVec2) -> Option<Self> {
+        let (origin, direction, pdf) = match vertex.kind {
+            Kind::Light { light, normal, .. } => {
+                let (direction, pdf) = light.sample_direction(normal, u)?;
+                (vertex.position, direction, pdf)
+            }
+            Kind::Far { .. } => {
+                let (centre, radius) = (scene.bounds.centre, scene.bounds.radius);
+                let (s, t) = orthonormal_basis(vertex.position);
+                let d = uniform_disk(u) * radius;
+                (centre + d.x * s + d.y * t + radius * vertex.position, -vertex.position, disk_density(&scene.bounds))
+            }
+            _ => return None,
+        };
+        let weight = vertex.emission(direction) / pdf;
+        (pdf > 0.0 && weight.max_element() > 0.0).then_some(Self { origin, direction, pdf, weight })
+    }
+}
+
+/// A walk, at the path's last vertex and about to leave it.
+struct Walk<'a, 'w, Q> {
+    scene: &'a Scene<'a>,
+    queries: &'w Q,
+    path: &'w mut Subpath<'a>,
+    stats: &'w mut Stats,
+    /// From a light.
+    adjoint: bool,
+    direction: DVec3,
+    /// Density of the direction.
+    pdf: f64,
+    throughput: Colour,
+    /// Product of the squared indices of refraction entered; undoes the compression of radiance in the roulette.
+    eta_squared: f64,
+}
+
+impl<'a, Q: Queries> Walk<'a, '_, Q> {
+    /// `first` makes the second vertex, the walk the others.
+    fn go(
+        &mut self,
+        limits: Limits,
+        numbers: &mut impl PrimarySample,
+        mut first: impl FnMut(&mut Self, &VertexNumbers) -> Result<bool, Stop>,
+    ) -> Result<(), Stop> {
+        let most = limits.vertices.min(MAX_VERTICES);
+        for index in 1..most {
+            let numbers = numbers.vertex(index as u32);
+            let found = if index == 1 { first(self, &numbers)? } else { self.advance(&numbers)? };
+            if !found || index + 1 == most || !self.scatter(index, limits, &numbers) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn last(&self) -> Vertex<'a> {
+        self.path.vertices().last().copied().unwrap_or(EMPTY)
+    }
+
+    /// Along the current direction to the next vertex. False: there is none.
+    fn advance(&mut self, numbers: &VertexNumbers) -> Result<bool, Stop> {
+        let from = self.last();
+        let medium = from.medium(self.scene, self.direction);
+        let ray = Ray { t_min: from.epsilon as f32, ..Ray::free(from.position, self.direction, f64::INFINITY, medium) };
+        let Some(hit) = self.intersect(&ray)? else { return Ok(false) };
+        Ok(self.fly(&hit, from.position, number(numbers, Slot::Distance)))
+    }
+
+    fn intersect(&mut self, ray: &Ray) -> Result<Option<Hit>, Stop> {
+        let mut hits = [Hit::EMPTY];
+        self.stats.rays += 1;
+        self.queries.intersect(&[*ray], &mut hits)?;
+        let [hit] = hits;
+        if hit.kind == HIT_OVERFLOW {
+            self.stats.overflows += 1;
+            return Ok(None);
+        }
+        hit.check(self.scene)?;
+        Ok(Some(hit))
+    }
+
+    fn fly(&mut self, hit: &Hit, origin: DVec3, u: f64) -> bool {
+        let length = if hit.kind == HIT_SURFACE { f64::from(hit.t) } else { f64::INFINITY };
+        let line = Line::new(self.scene.media, origin, self.direction, length, hit.media());
+        let flight = sample_distance(&line, u);
+        self.arrive_from(origin, hit, length, flight, 1.0)
+    }
+
+    fn arrive(&mut self, hit: &Hit, length: f64, flight: Flight, share: f64) -> Result<bool, Stop> {
+        let origin = self.last().position;
+        Ok(self.arrive_from(origin, hit, length, flight, share))
+    }
+
+    /// Makes the vertex at the end of a flight, of whose numbers a `share` was used. False: there is none.
+    fn arrive_from(&mut self, origin: DVec3, hit: &Hit, length: f64, flight: Flight, share: f64) -> bool {
+        let vertex = match flight {
+            Flight::Collision { t, medium, optical_depth, pdf } => {
+                self.collision(origin, t, medium, optical_depth, pdf / share)
+            }
+            // Light that arrives with probability 0 has underflowed.
+            Flight::Passed { probability, .. } if !(probability > 0.0) => None,
+            Flight::Passed { optical_depth, probability } => self.end(origin, hit, length, optical_depth, probability),
+        };
+        let Some(mut vertex) = vertex.filter(|_| self.throughput.max_element() > 0.0) else { return false };
+        let from = self.last();
+        vertex.throughput = self.throughput;
+        vertex.density = match from.kind {
+            Kind::Far { .. } => self.pdf * vertex.cosine(self.direction) * mean(vertex.extinction * vertex.edge.transmittance),
+            _ => self.pdf * vertex.arrival(&vertex.edge) / share,
+        };
+        if let Kind::Far { .. } = from.kind {
+            vertex.edge.distance = f64::INFINITY;
+        }
+        let found = vertex.density > 0.0;
+        if found {
+            self.path.push(vertex);
+        }
+        found
+    }
+
+    fn edge(&self, distance: f64, optical_depth: Colour) -> Edge {
+        Edge { back: -self.direction, distance, optical_depth, transmittance: transmittance(optical_depth) }
+    }
+
+    fn collision(&mut self, origin: DVec3, t: f64, index: u32, optical_depth: Colour, pdf: f64) -> Option<Vertex<'a>> {
+        let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
+        let position = origin + t * self.direction;
+        let edge = self.edge(t, optical_depth);
+        let extinction = medium.sigma_t(position);
+        self.throughput *= medium.albedo * extinction * edge.transmittance / pdf;
+        Some(Vertex { kind: Kind::Medium { index, phase: medium.phase }, position, edge, extinction, ..EMPTY })
+    }
+
+    /// A surface, or the sky.
+    fn end(&mut self, origin: DVec3, hit: &Hit, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
+        let edge = self.edge(length, optical_depth);
+        self.throughput *= edge.transmittance / probability;
+        if hit.kind != HIT_SURFACE {
+            let index = self.scene.lights.environment.filter(|_| !self.adjoint)?;
+            let light = self.scene.lights.get(index)?;
+            return Some(Vertex { kind: Kind::Far { light, index }, position: self.direction, edge, ..EMPTY });
+        }
+        let bsdf = self.scene.materials.get(hit.material as usize)?;
+        let media = [hit.medium_beyond(true), hit.medium_beyond(false)];
+        let kind = Kind::Surface { material: hit.material, bsdf, normal: hit.unit_normal(), media, light: hit.light };
+        let position = origin + length * self.direction;
+        Some(Vertex { kind, position, edge, epsilon: surface_epsilon(position, length), ..EMPTY })
+    }
+
+    /// Chooses the direction in which the walk leaves its last vertex, number `index`. False: it ends there.
+    fn scatter(&mut self, index: usize, limits: Limits, numbers: &VertexNumbers) -> bool {
+        let vertex = self.last();
+        let back = vertex.edge.back;
+        let Some(sample) = self.sample(&vertex, numbers) else { return false };
+        let survival = self.survival(index, limits);
+        if number(numbers, Slot::Survival) >= survival {
+            return false;
+        }
+        self.eta_squared *= sample.eta_squared;
+        let weight = if self.adjoint { sample.weight * sample.eta_squared } else { sample.weight };
+        self.throughput *= weight / survival;
+        self.direction = sample.direction;
+        self.pdf = vertex.scattering_density(back, sample.direction);
+        if let Some(before) = self.path.vertices().get(index.wrapping_sub(1)) {
+            let reverse = vertex.scattering_density(sample.direction, back) * before.arrival(&vertex.edge.reversed());
+            self.path.set_reverse(index - 1, reverse);
+        }
+        self.pdf > 0.0 && self.throughput.max_element() > 0.0
+    }
+
+    fn sample(&self, vertex: &Vertex, numbers: &VertexNumbers) -> Option<BsdfSample> {
+        let u = pair(numbers, Slot::DirectionU, Slot::DirectionV);
+        let back = vertex.edge.back;
+        match vertex.kind {
+            Kind::Medium { phase, .. } => {
+                let direction = phase.sample(back, u);
+                let pdf = Some(phase.eval(back.dot(direction)));
+                Some(BsdfSample { direction, weight: Colour::ONE, pdf, eta_squared: 1.0 })
+            }
+            Kind::Surface { bsdf, normal, .. } => bsdf.sample(normal, back, u, number(numbers, Slot::Lobe)),
+            _ => None,
+        }
+    }
+
+    /// Probability of going on from vertex `index`. It is part of the throughput but of no density: the weights of the techniques need not
+    /// know it to sum to 1.
+    fn survival(&self, index: usize, limits: Limits) -> f64 {
+        if index < limits.rr_depth {
+            return 1.0;
+        }
+        let first = self.path.vertices().get(usize::from(self.adjoint)).map_or(Colour::ONE, |vertex| vertex.throughput);
+        let scale = if self.adjoint { first.max_element() } else { 1.0 / self.eta_squared };
+        (self.throughput.max_element() / scale).min(MAX_SURVIVAL)
+    }
+}
