@@ -4,7 +4,9 @@
 mod toy;
 
 use toy::estimate::{Estimate, scale};
-use toy::scenes::{World, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces, edges_with_specular_surfaces};
+use toy::scenes::{
+    World, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces, edges_with_specular_surfaces,
+};
 use volgrad::sampler::bidirectional::{self, Bidirectional, Heuristic};
 use volgrad::sampler::{Lengths, Options, Stats};
 

@@ -2,6 +2,7 @@
 
 pub mod bidirectional;
 mod interaction;
+pub mod metropolis;
 mod next_event;
 mod path_tracer;
 mod primary;

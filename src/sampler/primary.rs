@@ -57,6 +57,8 @@ const PLACE: u64 = 2;
 const TILES: u64 = 3;
 const LINE: u64 = 4;
 const LIGHT: u64 = 5;
+const BOOTSTRAP: u64 = 6;
+const CHAIN: u64 = 7;
 
 /// 2³²/φ and 2³²/φ², where φ³ = φ + 1: multiples of these, modulo 2³², fill the unit square evenly.
 /// Source: M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018 (R₂).
@@ -97,6 +99,26 @@ pub fn shift_numbers(seed: u64, pass: u64, pixel: u32) -> impl FnMut() -> f64 {
 pub fn tile_numbers(seed: u64, pass: u64) -> [u32; 2] {
     let mut rng = stream(seed, pass, 0, TILES);
     [rng.next_u32(), rng.next_u32()]
+}
+
+/// Uniform numbers for sample number `index` among those that chains begin with.
+pub fn bootstrap_numbers(seed: u64, index: u64) -> impl FnMut() -> f64 {
+    let mut rng = stream(seed, index, 0, BOOTSTRAP);
+    move || uniform(rng.next_u32())
+}
+
+/// Uniform numbers for all that Markov chain number `index` decides.
+#[derive(Clone, Debug)]
+pub struct ChainNumbers(Pcg32);
+
+impl ChainNumbers {
+    pub fn new(seed: u64, index: u32) -> Self {
+        Self(stream(seed, 0, index, CHAIN))
+    }
+
+    pub fn next(&mut self) -> f64 {
+        uniform(self.0.next_u32())
+    }
 }
 
 /// Uniform numbers for estimate number `index` along a line.

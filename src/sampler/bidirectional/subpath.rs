@@ -44,6 +44,10 @@ impl<'a> Subpath<'a> {
         self.vertices.get(..self.count).unwrap_or(&[])
     }
 
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
     fn push(&mut self, vertex: Vertex<'a>) {
         if let Some(slot) = self.vertices.get_mut(self.count) {
             *slot = vertex;
@@ -80,10 +84,13 @@ pub fn from_camera<'a, Q: Queries>(
     path: &mut Subpath<'a>,
     stats: &mut Stats,
 ) -> Result<(), Stop> {
-    path.count = 0;
+    path.clear();
     path.push(Vertex { position: view.ray.origin, ..EMPTY });
     if view.hit.kind == HIT_OVERFLOW {
         stats.overflows += 1;
+        return Ok(());
+    }
+    if limits.vertices < 2 {
         return Ok(());
     }
     let share = collision_share(scene, view);
@@ -121,7 +128,7 @@ pub fn from_light<'a, Q: Queries>(
     path: &mut Subpath<'a>,
     stats: &mut Stats,
 ) -> Result<(), Stop> {
-    path.count = 0;
+    path.clear();
     let first = numbers.vertex(0);
     let Some(vertex) = light_vertex(scene, &first) else { return Ok(()) };
     path.push(vertex);

@@ -1,0 +1,76 @@
+//! The primary sample numbers of one technique, and how a chain changes them.
+
+use crate::sampler::primary::{PrimarySample, SLOTS, Slot, VertexNumbers};
+
+/// Numbers per vertex of a subpath, and of a light's first vertex.
+const PER_VERTEX: usize = 4;
+const PER_LIGHT: usize = 5;
+
+const CAMERA_SLOTS: [Slot; PER_VERTEX] = [Slot::DirectionU, Slot::DirectionV, Slot::LightU, Slot::LightV];
+const LIGHT_SLOTS: [Slot; PER_LIGHT] = [Slot::Light, Slot::LightU, Slot::LightV, Slot::DirectionU, Slot::DirectionV];
+const VERTEX_SLOTS: [Slot; PER_VERTEX] = [Slot::Distance, Slot::DirectionU, Slot::DirectionV, Slot::Lobe];
+
+/// How many numbers a path of `length` edges takes at most.
+pub const fn capacity(length: usize) -> usize {
+    PER_VERTEX * (length + 1) + PER_LIGHT - PER_VERTEX
+}
+
+/// A way to make a path: with `camera` vertices of a subpath from there, and `light` ones from a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Technique {
+    pub camera: usize,
+    pub light: usize,
+}
+
+impl Technique {
+    /// One of those that make a path of `length` edges, all alike, from a number in (0, 1).
+    pub fn pick(length: usize, u: f64) -> Self {
+        let camera = 1 + ((u * Self::count(length) as f64) as usize).min(length);
+        Self { camera, light: length + 1 - camera }
+    }
+
+    pub fn count(length: usize) -> usize {
+        length + 1
+    }
+
+    fn camera_numbers(self) -> usize {
+        PER_VERTEX * self.camera
+    }
+
+    /// How many numbers it takes.
+    pub fn numbers(self) -> usize {
+        self.camera_numbers() + if self.light > 0 { PER_LIGHT + PER_VERTEX * (self.light - 1) } else { 0 }
+    }
+
+    /// Those of the two subpaths.
+    pub fn split(self, numbers: &[f64]) -> (SubpathNumbers<'_>, SubpathNumbers<'_>) {
+        let (camera, light) = numbers.split_at(self.camera_numbers().min(numbers.len()));
+        (SubpathNumbers { first: &CAMERA_SLOTS, numbers: camera }, SubpathNumbers { first: &LIGHT_SLOTS, numbers: light })
+    }
+}
+
+/// A subpath's numbers; 0 where nothing reads them.
+pub struct SubpathNumbers<'n> {
+    first: &'static [Slot],
+    numbers: &'n [f64],
+}
+
+impl PrimarySample for SubpathNumbers<'_> {
+    fn vertex(&mut self, index: u32) -> VertexNumbers {
+        let mut all = [0.0; SLOTS];
+        let slots = if index == 0 { self.first } else { &VERTEX_SLOTS };
+        let start = if index == 0 { 0 } else { self.first.len() + PER_VERTEX * (index as usize - 1) };
+        for (slot, number) in slots.iter().zip(self.numbers.get(start..).unwrap_or(&[])) {
+            all[*slot as usize] = *number;
+        }
+        all
+    }
+}
+
+/// A small step of a number on the circle (0, 1): the sum of two uniform ones, of standard deviation `size`.
+pub fn step(number: f64, size: f64, random: &mut impl FnMut() -> f64) -> f64 {
+    const UNIT: f64 = 2.449_489_742_783_178; // √6
+    let moved = number + size * UNIT * (random() + random() - 1.0);
+    let wrapped = moved - libm::floor(moved);
+    if wrapped > 0.0 && wrapped < 1.0 { wrapped } else { number }
+}

@@ -1,0 +1,57 @@
+//! The path that a technique makes of primary sample numbers.
+
+use super::numbers::Technique;
+use crate::math::DVec2;
+use crate::math::luminance;
+use crate::sampler::bidirectional::{Connection, Connector, Heuristic, Limits, Subpath, from_camera, from_light};
+use crate::sampler::path_tracer::Stats;
+use crate::sampler::primary::{PrimarySample, Slot, pair};
+use crate::scene::{Queries, Scene, Stop, View};
+
+/// Room for a path.
+#[derive(Default)]
+pub struct Scratch<'a> {
+    pub camera: Subpath<'a>,
+    pub light: Subpath<'a>,
+}
+
+/// Makes the path. None: it carries nothing.
+pub fn make<'a, Q: Queries>(
+    scene: &'a Scene<'a>,
+    queries: &Q,
+    technique: Technique,
+    numbers: &[f64],
+    room: &mut Scratch<'a>,
+    stats: &mut Stats,
+) -> Result<Option<Connection>, Stop> {
+    let (mut for_camera, mut for_light) = technique.split(numbers);
+    let limits = |vertices| Limits { vertices, rr_depth: usize::MAX };
+    let first = for_camera.vertex(0);
+    let [x0, y0, x1, y1] = scene.camera.crop.map(f64::from);
+    let place = DVec2::new(x0, y0) + pair(&first, Slot::DirectionU, Slot::DirectionV) * DVec2::new(x1 - x0, y1 - y0);
+    let lens = scene.camera.lens_point(pair(&first, Slot::LightU, Slot::LightV));
+    if technique.light > 0 {
+        from_light(scene, queries, limits(technique.light), &mut for_light, &mut room.light, stats)?;
+        if room.light.vertices().len() != technique.light {
+            return Ok(None);
+        }
+    } else {
+        room.light.clear();
+    }
+    let mut view = [View::through(scene, place, lens)];
+    if technique.camera > 1 {
+        View::trace(&mut view, scene, queries)?;
+        stats.rays += 1;
+    }
+    from_camera(scene, queries, &mut view[0], limits(technique.camera), &mut for_camera, &mut room.camera, stats)?;
+    if room.camera.vertices().len() != technique.camera {
+        return Ok(None);
+    }
+    let connector = Connector { scene, queries, heuristic: Heuristic::Balance, pixel: place, lens };
+    connector.connect(room.camera.vertices(), room.light.vertices(), stats)
+}
+
+/// What a chain's density is proportional to: the luminance of w·f/p.
+pub fn target(connection: &Connection) -> f64 {
+    luminance(connection.value) * connection.weight
+}
