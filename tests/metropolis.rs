@@ -5,8 +5,9 @@ mod toy;
 
 use toy::estimate::{Estimate, scale};
 use toy::scenes::{World, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces};
-use volgrad::sampler::metropolis::{Chain, ChainStats, Options, Plan, State, bootstrap, capacity};
+use volgrad::sampler::metropolis::{ChainStats, Metropolis, Options, Plan, State, bootstrap, capacity};
 use volgrad::sampler::{self, Lengths, Stats};
+use volgrad::shift;
 
 const LENGTHS: Lengths = Lengths { first: 2, last: 5 };
 
@@ -17,11 +18,17 @@ fn path_tracer(world: &World, passes: u64) -> Estimate {
 }
 
 /// Each batch has chains and a bootstrap of its own.
-fn metropolis(world: &World, samples: u64, chains: u32, mutations: u64) -> Estimate {
+fn metropolis(world: &World, shift: Option<volgrad::shift::Options>, samples: u64, chains: u32, mutations: u64) -> Estimate {
     let scene = world.scene();
     let pixels = f64::from(scene.camera.width * scene.camera.height);
     Estimate::of_batches(world, 1, |batch, film| {
-        let options = Options { seed: 100 + batch, large_step: 0.3, burn_in: 256 };
+        let options = Options {
+            seed: 100 + batch,
+            large_step: 0.3,
+            burn_in: 256,
+            shift,
+            shift_every: if shift.is_some() { 3 } else { 1 },
+        };
         let mut stats = Stats::default();
         let mut chain_stats = ChainStats::default();
         let mut weights = vec![0.0; samples as usize];
@@ -30,14 +37,13 @@ fn metropolis(world: &World, samples: u64, chains: u32, mutations: u64) -> Estim
         let mut index = 0;
         let (mut cells, mut dropped) = (vec![Default::default(); pixels as usize], 0);
         let mut sums = volgrad::film::Film { width: film.width, height: film.height, cells: &mut cells, dropped: &mut dropped };
-        plan.starts(&weights, 0.5, |start| {
+        plan.starts(options.seed, &weights, |start| {
             let mut numbers = vec![0.0; capacity(start.length as usize)];
             let mut state = State::new(&options, index, start, &mut numbers);
-            let mut chain =
-                Chain { scene: &scene, queries: &world.geometry, options, state: &mut state, numbers: &mut numbers };
-            chain.burn_in(&mut stats, &mut chain_stats).expect("never stops");
-            chain.run(mutations, &mut sums, &mut stats, &mut chain_stats).expect("never stops");
-            chain.flush(&mut sums, &mut stats).expect("never stops");
+            let chains = Metropolis { scene: &scene, queries: &world.geometry, options };
+            chains.burn_in(&mut state, &mut numbers, &mut stats, &mut chain_stats).expect("never stops");
+            chains.run(&mut state, &mut numbers, mutations, &mut sums, &mut stats, &mut chain_stats).expect("never stops");
+            chains.flush(&state, &numbers, &mut sums, &mut stats).expect("never stops");
             index += 1;
         });
         assert_eq!(index, plan.chain_count);
@@ -54,19 +60,30 @@ fn metropolis(world: &World, samples: u64, chains: u32, mutations: u64) -> Estim
 }
 
 fn agrees(name: &str, world: &World) {
+    use volgrad::shift::{Kernel, Mode, Radius};
     let expected = path_tracer(world, 60 * scale());
-    let found = metropolis(world, 4000 * scale(), 16, 400 * scale());
-    let (a, b) = (expected.total(), found.total());
-    let z = (b.value - a.value) / (a.error * a.error + b.error * b.error).sqrt();
-    println!("{name}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:.2}", b.value, b.error, a.value, a.error);
-    let worst = (0..found.pixels())
-        .map(|i| {
-            let (a, b) = (expected.pixel(i), found.pixel(i));
-            (b.value - a.value) / (a.error * a.error + b.error * b.error).sqrt()
-        })
-        .fold(0.0, |m: f64, z| if z.abs() > m.abs() { z } else { m });
-    println!("worst pixel {worst:.2}");
-    assert!(z.abs() < 4.0 && worst.abs() < 5.0);
+    let disk = Kernel::Disk(Radius::Pixels(1.0));
+    let modes = [
+        None,
+        Some(shift::Options { run: 2, ..shift::Options::new(Mode::Exchangeable, Kernel::Tile, 3) }),
+        Some(shift::Options { run: 2, ..shift::Options::new(Mode::Exact, disk, 3) }),
+        Some(shift::Options { run: 3, ..shift::Options::new(Mode::TwoLevel, disk, 3) }),
+    ];
+    for shift in modes {
+        let found = metropolis(world, shift, 4000 * scale(), 16, 400 * scale());
+        let (a, b) = (expected.total(), found.total());
+        let z = (b.value - a.value) / (a.error * a.error + b.error * b.error).sqrt();
+        let mode = shift.map(|shift| shift.mode);
+        println!("{name} {mode:?}: {:.5} ± {:.5} against {:.5} ± {:.5}, z {z:.2}", b.value, b.error, a.value, a.error);
+        let worst = (0..found.pixels())
+            .map(|i| {
+                let (a, b) = (expected.pixel(i), found.pixel(i));
+                (b.value - a.value) / (a.error * a.error + b.error * b.error).sqrt()
+            })
+            .fold(0.0, |m: f64, z| if z.abs() > m.abs() { z } else { m });
+        println!("worst pixel {worst:.2}");
+        assert!(z.abs() < 4.0 && worst.abs() < 5.0);
+    }
 }
 
 #[test]

@@ -5,6 +5,8 @@
 
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]
 
+mod bidirectional;
+mod chains;
 mod convert;
 mod custom;
 mod films;
@@ -20,6 +22,8 @@ mod status;
 mod transmittance;
 mod types;
 
+pub use bidirectional::*;
+pub use chains::*;
 pub use films::*;
 #[cfg(feature = "exr")]
 pub use images::*;

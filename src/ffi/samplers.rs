@@ -6,8 +6,10 @@ use super::scenes::{scene, volgrad_scene};
 use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{volgrad_queries, volgrad_query_fn};
+use crate::film::Film;
 use crate::sampler::{Lengths, Options, PathTracer, Stats};
-use crate::scene::{Hit, Queries, Ray, Stop};
+use crate::scene::{Hit, Queries, Ray, Scene, Stop};
+use core::ops::Range;
 use core::ptr::null_mut;
 
 /// The host's callbacks.
@@ -64,6 +66,9 @@ pub struct volgrad_path_sampler_options {
     pub seed: u64,
     /// Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
     pub shift: volgrad_shift_options,
+    /// Paths of left_out_first ... left_out_last edges are left out, because another sampler renders them; none if the first is 0.
+    pub left_out_first: u32,
+    pub left_out_last: u32,
 }
 
 const DEFAULTS: volgrad_path_sampler_options = volgrad_path_sampler_options {
@@ -73,6 +78,8 @@ const DEFAULTS: volgrad_path_sampler_options = volgrad_path_sampler_options {
     reserved: 0,
     seed: 0,
     shift: SHIFT_DEFAULTS,
+    left_out_first: 0,
+    left_out_last: 0,
 };
 
 /// Counts of what was done; each call adds to them.
@@ -96,7 +103,7 @@ pub struct volgrad_path_sampler_stats {
     pub overflows: u64,
 }
 
-const NO_STATS: volgrad_path_sampler_stats = volgrad_path_sampler_stats {
+pub(super) const NO_STATS: volgrad_path_sampler_stats = volgrad_path_sampler_stats {
     struct_size: 0,
     reserved: 0,
     paths: 0,
@@ -142,17 +149,10 @@ pub unsafe extern "C" fn volgrad_path_sampler_run(
         let options = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         let counted = if stats.is_null() { NO_STATS } else { unsafe { sized_over(stats, NO_STATS) }? };
         let mut film = unsafe { self::film(film) }?;
-        let camera = &scene.camera;
-        if (film.width, film.height) != (camera.width, camera.height) {
-            return Err(VOLGRAD_ERROR_SIZE_MISMATCH.into());
-        }
-        let [x0, y0, x1, y1] = camera.crop;
-        let pixels = (x1 - x0) * (y1 - y0);
-        let end = first_pixel.checked_add(pixel_count).filter(|end| *end <= pixels);
-        let end = end.ok_or(VOLGRAD_ERROR_RANGE.at(c"first_pixel, pixel_count", 0))?;
+        let pixels = pixel_range(scene, &film, first_pixel, pixel_count)?;
         let tracer = PathTracer { scene, queries: &queries, options };
         let mut done = Stats::default();
-        let result = tracer.sample_pixels(pass, first_pixel..end, &mut film, &mut done);
+        let result = tracer.sample_pixels(pass, pixels, &mut film, &mut done);
         if !stats.is_null() {
             unsafe { add_stats(stats, counted, &done) }?;
         }
@@ -160,9 +160,23 @@ pub unsafe extern "C" fn volgrad_path_sampler_run(
     })())
 }
 
+pub(super) fn check_size(scene: &Scene, film: &Film) -> Result<(), Fault> {
+    let camera = &scene.camera;
+    let same = (film.width, film.height) == (camera.width, camera.height);
+    if same { Ok(()) } else { Err(VOLGRAD_ERROR_SIZE_MISMATCH.into()) }
+}
+
+/// The numbers of pixels within the camera's crop.
+pub(super) fn pixel_range(scene: &Scene, film: &Film, first_pixel: u32, pixel_count: u32) -> Result<Range<u32>, Fault> {
+    check_size(scene, film)?;
+    let [x0, y0, x1, y1] = scene.camera.crop;
+    let end = first_pixel.checked_add(pixel_count).filter(|end| *end <= (x1 - x0) * (y1 - y0));
+    Ok(first_pixel..end.ok_or(VOLGRAD_ERROR_RANGE.at(c"first_pixel, pixel_count", 0))?)
+}
+
 /// # Safety
 /// `pointer` is the caller's struct, whose known part is `before`.
-unsafe fn add_stats(
+pub(super) unsafe fn add_stats(
     pointer: *mut volgrad_path_sampler_stats,
     before: volgrad_path_sampler_stats,
     done: &Stats,
@@ -187,5 +201,9 @@ fn options(o: &volgrad_path_sampler_options) -> Result<Options, Fault> {
         return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
     }
     let max_depth = if o.max_depth == 0 { u32::MAX } else { o.max_depth };
-    Ok(Options { max_depth, rr_depth: o.rr_depth, seed: o.seed, shift: shift_options(&o.shift)?, left_out: Lengths::NONE })
+    let left_out = match o.left_out_first {
+        0 => Lengths::NONE,
+        first => Lengths { first, last: o.left_out_last },
+    };
+    Ok(Options { max_depth, rr_depth: o.rr_depth, seed: o.seed, shift: shift_options(&o.shift)?, left_out })
 }

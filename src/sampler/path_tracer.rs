@@ -163,7 +163,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
 }
 
 impl Stats {
-    fn add_batch(&mut self, batch: &BatchStats) {
+    pub(super) fn add_batch(&mut self, batch: &BatchStats) {
         self.shifted_paths += 1;
         self.shifts += batch.shifts;
         self.stays += batch.stays;

@@ -59,6 +59,8 @@ const LINE: u64 = 4;
 const LIGHT: u64 = 5;
 const BOOTSTRAP: u64 = 6;
 const CHAIN: u64 = 7;
+const CHAIN_SHIFT: u64 = 8;
+const PLAN: u64 = 9;
 
 /// 2³²/φ and 2³²/φ², where φ³ = φ + 1: multiples of these, modulo 2³², fill the unit square evenly.
 /// Source: M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018 (R₂).
@@ -107,6 +109,19 @@ pub fn bootstrap_numbers(seed: u64, index: u64) -> impl FnMut() -> f64 {
     move || uniform(rng.next_u32())
 }
 
+/// Uniform numbers for choosing among those.
+pub fn plan_numbers(seed: u64) -> impl FnMut() -> f64 {
+    let mut rng = stream(seed, 0, 0, PLAN);
+    move || uniform(rng.next_u32())
+}
+
+/// For the batch of the path that `mutation` of chain number `index` made: where tiles begin, and uniform numbers that no decision of the
+/// chain knows.
+pub fn chain_shift_numbers(seed: u64, index: u32, mutation: u64) -> ([u32; 2], impl FnMut() -> f64) {
+    let mut rng = stream(seed, mutation, index, CHAIN_SHIFT);
+    ([rng.next_u32(), rng.next_u32()], move || uniform(rng.next_u32()))
+}
+
 /// Uniform numbers for all that Markov chain number `index` decides.
 #[derive(Clone, Debug)]
 pub struct ChainNumbers(Pcg32);
@@ -129,7 +144,7 @@ pub fn line_numbers(seed: u64, index: u64) -> impl FnMut() -> f64 {
 
 /// A generator whose state mixes seed, pass, pixel and purpose, on an increment of its own per pixel and purpose.
 fn stream(seed: u64, pass: u64, pixel: u32, purpose: u64) -> Pcg32 {
-    let address = u64::from(pixel) << 3 | purpose;
+    let address = u64::from(pixel) << 4 | purpose;
     let mut key = [0; 16];
     let (state, increment) = key.split_at_mut(8);
     state.copy_from_slice(&mix(mix(mix(seed) ^ pass) ^ address).to_le_bytes());

@@ -16,7 +16,7 @@ mod tile;
 mod weight;
 
 pub use batch::{BatchStats, Scratch, shift};
-pub use chain::{Bounce, Chain};
+pub use chain::{Bounce, Chain, MAX_CHAIN};
 pub use from_path::from_path;
 pub use kernel::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius};
 pub use link::{Depth, Link, Next, Onwards};

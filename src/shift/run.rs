@@ -199,6 +199,14 @@ impl Shiftable {
         self.run().iter().all(scatters)
     }
 
+    /// Multiplies what goes onwards by `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        self.onwards = self.onwards.map(|onwards| onwards.scaled(factor));
+        if let Some(chain) = &mut self.chain {
+            chain.rest *= factor;
+        }
+    }
+
     /// What the path carries where it was sampled.
     pub fn carried(&self, scene: &Scene) -> Colour {
         self.own(scene).values.iter().zip(self.rests()).map(|(value, rest)| *value * rest).sum()

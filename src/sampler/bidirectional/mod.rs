@@ -3,11 +3,13 @@
 
 mod connect;
 mod mis;
+mod shiftable;
 mod subpath;
 mod vertex;
 
 pub use connect::{Connection, Connector};
 pub use mis::Heuristic;
+pub use shiftable::Joined;
 pub use subpath::{Limits, MAX_LENGTH, Subpath, from_camera, from_light};
 pub use vertex::{Edge, Kind, Vertex};
 

@@ -7,7 +7,7 @@ use super::numbers::{Technique, capacity};
 use super::path::{Scratch, make, target};
 use crate::sampler::bidirectional::MAX_LENGTH;
 use crate::sampler::path_tracer::{Lengths, Stats};
-use crate::sampler::primary::bootstrap_numbers;
+use crate::sampler::primary::{bootstrap_numbers, plan_numbers};
 use crate::scene::{Queries, Scene, Stop};
 
 /// Numbers of any path.
@@ -91,6 +91,8 @@ pub struct Start {
     pub length: u32,
     /// Chains of all lengths over those of this one: what a splat of it counts for.
     pub share: f64,
+    /// Chains of all lengths.
+    pub chains: u32,
     /// b of this length.
     pub brightness: f64,
 }
@@ -129,16 +131,17 @@ impl Plan {
         }
     }
 
-    /// The start of each chain, chains of one length in a row: evenly spread over the samples' sum of values, from the uniform number `u`
-    /// on.
-    pub fn starts(&self, weights: &[f32], u: f64, mut tell: impl FnMut(Start)) {
+    /// The start of each chain, chains of one length in a row: evenly spread over the samples' sum of values, from one random place on.
+    pub fn starts(&self, seed: u64, weights: &[f32], mut tell: impl FnMut(Start)) {
+        let mut random = plan_numbers(seed);
         for length in self.lengths.first..=self.lengths.last {
+            let u = random();
             let (chains, brightness) = (self.chains[length as usize], &self.by_length[length as usize]);
             let share = f64::from(self.chain_count) / f64::from(chains);
             let period = self.lengths.last - self.lengths.first + 1;
             let samples = (0u64..).zip(weights).skip((length - self.lengths.first) as usize).step_by(period as usize);
             let (mut sum, mut next) = (0.0, 0);
-            let mut last = Start { length, share, brightness: brightness.mean(), ..Start::default() };
+            let mut last = Start { length, share, chains: self.chain_count, brightness: brightness.mean(), ..Start::default() };
             for (sample, weight) in samples {
                 if !(*weight > 0.0) {
                     continue;

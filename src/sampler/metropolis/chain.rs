@@ -8,10 +8,11 @@ use super::numbers::{Technique, capacity, step};
 use super::path::{Scratch, make, target};
 use crate::film::Film;
 use crate::math::{Colour, DVec2};
-use crate::sampler::bidirectional::{Connection, MAX_LENGTH};
+use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH};
 use crate::sampler::path_tracer::Stats;
-use crate::sampler::primary::ChainNumbers;
+use crate::sampler::primary::{ChainNumbers, chain_shift_numbers};
 use crate::scene::{Queries, Scene, Stop};
+use crate::shift::{self, Draw, Shiftable, Tile, Tiling};
 
 /// How chains move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,9 @@ pub struct Options {
     pub large_step: f64,
     /// Mutations before the first that counts, in which the size of small steps adapts.
     pub burn_in: u32,
+    pub shift: Option<shift::Options>,
+    /// With shifts only each so-manieth mutation counts, as many times. 1 without.
+    pub shift_every: u32,
 }
 
 /// What of a chain does not depend on its length. The numbers are beside it.
@@ -28,13 +32,15 @@ pub struct Options {
 pub struct State {
     pub index: u32,
     pub start: Start,
+    /// Those that counted.
     pub mutations: u64,
     technique: Technique,
     random: ChainNumbers,
     /// Size of small steps.
     step: f64,
-    /// How much of the current path is still to be splatted.
+    /// How much of the current path is still to be splatted, and the mutation that made it.
     pending: f64,
+    born: u64,
 }
 
 /// Counts of mutations, and of those accepted.
@@ -47,35 +53,63 @@ pub struct ChainStats {
     /// Mutations to a path that carries nothing.
     pub dark: u64,
     pub burn_in: u64,
-    /// Targets that were not finite.
+    /// Paths whose value was not finite.
     pub dropped: u64,
 }
 
-/// A chain at work.
-pub struct Chain<'c, 'a, Q> {
+/// The sampler; one may be used by any number of threads, each with chains of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Metropolis<'a, Q> {
     pub scene: &'a Scene<'a>,
     pub queries: &'a Q,
     pub options: Options,
-    pub state: &'c mut State,
-    pub numbers: &'c mut [f64],
 }
 
 /// A small step's best rate of acceptance, about, in many dimensions.
 const TARGET_RATE: f64 = 0.3;
 const FIRST_STEP: f64 = 0.02;
+/// How fast the size adapts: by this much at first, by half after so many mutations.
+const FIRST_GAIN: f64 = 2.0;
+const GAIN_DECAY: f64 = 1.0 / 8.0;
 const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=0.25;
 
 /// A path of the chain, ready to be splatted.
-#[derive(Clone, Copy)]
-struct Current {
+struct Sample {
     target: f64,
     pixel: DVec2,
     /// w·f/p over the density of this path among a chain's samples: what it is worth each time that it comes.
     value: Colour,
+    /// The mutation that made it, and what can move of it.
+    born: u64,
+    shiftable: Option<Shiftable>,
+    moves: bool,
 }
 
-impl Current {
-    const DARK: Self = Self { target: 0.0, pixel: DVec2::ZERO, value: Colour::ZERO };
+impl Default for Sample {
+    fn default() -> Self {
+        Self { target: 0.0, pixel: DVec2::ZERO, value: Colour::ZERO, born: 0, shiftable: None, moves: false }
+    }
+}
+
+/// Room for the work on one mutation after another.
+struct Room<'a> {
+    paths: Scratch<'a>,
+    numbers: Numbers,
+    current: Sample,
+    proposal: Sample,
+    batch: shift::Scratch,
+}
+
+impl Default for Room<'_> {
+    fn default() -> Self {
+        Self {
+            paths: Scratch::default(),
+            numbers: [0.0; capacity(MAX_LENGTH)],
+            current: Sample::default(),
+            proposal: Sample::default(),
+            batch: shift::Scratch::default(),
+        }
+    }
 }
 
 impl State {
@@ -85,126 +119,200 @@ impl State {
         let technique = bootstrap::sample(options.seed, start.length as usize, start.sample, &mut all);
         numbers.iter_mut().zip(all).for_each(|(to, from)| *to = from);
         let random = ChainNumbers::new(options.seed, index);
-        Self { index, start, mutations: 0, technique, random, step: FIRST_STEP, pending: 0.0 }
+        Self { index, start, mutations: 0, technique, random, step: FIRST_STEP, pending: 0.0, born: 0 }
     }
 }
 
-impl<'a, Q: Queries> Chain<'_, 'a, Q> {
-    /// Adapts the size of small steps, without splats.
-    pub fn burn_in(&mut self, stats: &mut Stats, chain_stats: &mut ChainStats) -> Result<(), Stop> {
-        let mut room = Scratch::default();
-        let mut current = self.current(&mut room, stats)?;
-        let mut ignored = ChainStats::default();
+/// A mutation that has been decided, but not made.
+struct Decision {
+    large: bool,
+    acceptance: f64,
+    accepted: bool,
+    dark: bool,
+    technique: Technique,
+    random: ChainNumbers,
+}
+
+impl<'a, Q: Queries> Metropolis<'a, Q> {
+    /// Adapts the size of a new chain's small steps, without splats.
+    pub fn burn_in(
+        &self,
+        state: &mut State,
+        numbers: &mut [f64],
+        stats: &mut Stats,
+        chain_stats: &mut ChainStats,
+    ) -> Result<(), Stop> {
+        let mut room = self.begin(state, numbers, stats)?;
         for i in 0..self.options.burn_in {
-            let step = self.mutate(&mut current, &mut room, stats, &mut ignored, &mut |_, _| {})?;
+            let decision = self.decide(state, numbers, &mut room, stats)?;
             chain_stats.burn_in += 1;
-            if let Step::Small { acceptance } = step {
-                let gain = 2.0 / (1.0 + f64::from(i) / 8.0);
-                let size = self.state.step * libm::exp(gain * (acceptance - TARGET_RATE));
-                self.state.step = size.clamp(*STEPS.start(), *STEPS.end());
+            if !decision.large {
+                let gain = FIRST_GAIN / (1.0 + f64::from(i) * GAIN_DECAY);
+                let size = state.step * libm::exp(gain * (decision.acceptance - TARGET_RATE));
+                state.step = size.clamp(*STEPS.start(), *STEPS.end());
             }
+            self.make(decision, state, numbers, &mut room);
         }
-        self.state.pending = 0.0;
         Ok(())
     }
 
-    /// Makes `count` mutations. What they made of the path where the chain is now is kept for [`Chain::flush`].
-    pub fn run(&mut self, count: u64, film: &mut Film, stats: &mut Stats, chain_stats: &mut ChainStats) -> Result<(), Stop> {
-        let mut room = Scratch::default();
-        let mut current = self.current(&mut room, stats)?;
+    /// Makes `count` mutations. What they made of the path where the chain is now is kept for [`Metropolis::flush`].
+    pub fn run(
+        &self,
+        state: &mut State,
+        numbers: &mut [f64],
+        count: u64,
+        film: &mut Film,
+        stats: &mut Stats,
+        chain_stats: &mut ChainStats,
+    ) -> Result<(), Stop> {
+        let mut room = self.begin(state, numbers, stats)?;
+        let every = u64::from(self.options.shift_every);
         for _ in 0..count {
-            self.mutate(&mut current, &mut room, stats, chain_stats, &mut |pixel, value| film.add(pixel, value))?;
-            self.state.mutations += 1;
+            let worth = if state.mutations % every == 0 { every as f64 } else { 0.0 };
+            let decision = self.decide(state, numbers, &mut room, stats)?;
+            // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
+            // the first splat: nothing has changed then.
+            let stay = state.pending + worth * (1.0 - decision.acceptance);
+            let come = worth * (decision.acceptance + if decision.large { 1.0 } else { 0.0 });
+            let (left, due) = if decision.accepted { (&room.current, stay) } else { (&room.proposal, come) };
+            self.splat(state, left, due, &mut room.batch, film, stats)?;
+            state.pending = if decision.accepted { come } else { stay };
+            state.mutations += 1;
+            chain_stats.count(&decision);
+            self.make(decision, state, numbers, &mut room);
         }
         Ok(())
     }
 
     /// Splats what is due at the chain's current path, which stays as it is.
-    pub fn flush(&mut self, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
-        let current = self.current(&mut Scratch::default(), stats)?;
-        if self.state.pending > 0.0 {
-            film.add(current.pixel, current.value * self.state.pending);
+    pub fn flush(&self, state: &State, numbers: &[f64], film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        let mut room = self.begin(state, numbers, stats)?;
+        self.splat(state, &room.current, state.pending, &mut room.batch, film, stats)
+    }
+
+    /// At the path of the chain's numbers.
+    fn begin(&self, state: &State, numbers: &[f64], stats: &mut Stats) -> Result<Room<'a>, Stop> {
+        let mut room = Room::default();
+        let numbers = numbers.get(..state.technique.numbers()).unwrap_or(&[]);
+        self.sample(state, state.technique, numbers, &mut room.paths, &mut room.current, stats)?;
+        room.current.born = state.born;
+        Ok(room)
+    }
+
+    /// Evaluates a technique at some numbers.
+    fn sample(
+        &self,
+        state: &State,
+        technique: Technique,
+        numbers: &[f64],
+        paths: &mut Scratch<'a>,
+        sample: &mut Sample,
+        stats: &mut Stats,
+    ) -> Result<(), Stop> {
+        (sample.target, sample.moves) = (0.0, false);
+        let Some(path) = make(self.scene, self.queries, technique, numbers, paths, stats)? else { return Ok(()) };
+        let Start { length, share, brightness, .. } = state.start;
+        let techniques = Technique::count(length as usize) as f64;
+        let target = target(&path) * techniques;
+        if !target.is_finite() {
+            sample.target = f64::NAN;
+            return Ok(());
+        }
+        // Samples of the chain have the density target/b, those of large steps, among all mutations, the probability of one.
+        let density = target / brightness + self.options.large_step;
+        let value = path.value * (path.weight * techniques * share / density);
+        (sample.target, sample.pixel, sample.value) = (target, path.pixel, value);
+        if let Some(options) = &self.options.shift {
+            let connection = Connection { value, weight: 1.0, ..path };
+            let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
+            let joined = Joined { scene: self.scene, camera, light, connection: &connection };
+            sample.moves = joined.prepare(self.queries, options, &mut sample.shiftable)?;
         }
         Ok(())
     }
 
-    /// The path of the chain's numbers.
-    fn current(&self, room: &mut Scratch<'a>, stats: &mut Stats) -> Result<Current, Stop> {
-        let State { technique, .. } = *self.state;
-        let numbers = self.numbers.get(..technique.numbers()).unwrap_or(&[]);
-        let path = make(self.scene, self.queries, technique, numbers, room, stats)?;
-        Ok(path.and_then(|path| self.weighed(&path)).unwrap_or(Current::DARK))
-    }
-
-    /// None: its target is not a positive number.
-    fn weighed(&self, path: &Connection) -> Option<Current> {
-        let Start { length, share, brightness, .. } = self.state.start;
-        let techniques = Technique::count(length as usize) as f64;
-        let target = target(path) * techniques;
-        // Samples of the chain have the density target/b, those of large steps, among all mutations, the probability of one.
-        let density = target / brightness + self.options.large_step;
-        let value = path.value * (path.weight * techniques * share / density);
-        (target > 0.0 && target.is_finite()).then_some(Current { target, pixel: path.pixel, value })
-    }
-
-    /// One mutation; splats what is certain: the path that is left for good, whichever of the two that is.
-    fn mutate(
-        &mut self,
-        current: &mut Current,
-        room: &mut Scratch<'a>,
-        stats: &mut Stats,
-        chain_stats: &mut ChainStats,
-        splat: &mut impl FnMut(DVec2, Colour),
-    ) -> Result<Step, Stop> {
-        let Options { large_step, .. } = self.options;
-        let mut random = self.state.random.clone();
-        let mut numbers: Numbers = [0.0; capacity(MAX_LENGTH)];
-        let large = random.next() < large_step;
-        let technique =
-            if large { Technique::pick(self.state.start.length as usize, random.next()) } else { self.state.technique };
-        let size = self.state.step;
-        for (to, from) in numbers.iter_mut().zip(self.numbers.iter()).take(technique.numbers()) {
-            *to = if large { random.next() } else { step(*from, size, &mut || random.next()) };
+    /// Proposes a path and decides about it, without a change of the chain.
+    fn decide(&self, state: &State, numbers: &[f64], room: &mut Room<'a>, stats: &mut Stats) -> Result<Decision, Stop> {
+        let mut random = state.random.clone();
+        let large = random.next() < self.options.large_step;
+        let technique = if large { Technique::pick(state.start.length as usize, random.next()) } else { state.technique };
+        let count = technique.numbers();
+        for (to, from) in room.numbers.iter_mut().zip(numbers).take(count) {
+            *to = if large { random.next() } else { step(*from, state.step, &mut || random.next()) };
         }
-        let made = &numbers[..technique.numbers()];
-        let path = make(self.scene, self.queries, technique, made, room, stats)?;
-        let proposal = path.as_ref().and_then(|path| self.weighed(path));
-        chain_stats.dropped += u64::from(path.is_some() && proposal.is_none());
-        let target = proposal.map_or(0.0, |proposal| proposal.target);
-        let acceptance = if current.target > 0.0 { (target / current.target).min(1.0) } else { 1.0 };
+        let made = room.numbers.get(..count).unwrap_or(&[]);
+        self.sample(state, technique, made, &mut room.paths, &mut room.proposal, stats)?;
+        room.proposal.born = state.mutations + 1;
+        let (target, current) = (room.proposal.target, room.current.target);
+        let acceptance = if target > 0.0 && current > 0.0 { (target / current).min(1.0) } else { f64::from(target > 0.0) };
         let accepted = random.next() < acceptance;
-        // No callback has stopped the mutation: it counts from here on.
-        self.state.random = random;
-        self.state.pending += 1.0 - acceptance;
-        chain_stats.count(large, accepted, proposal.is_none());
-        if let Some(proposal) = proposal {
-            let weight = acceptance + if large { 1.0 } else { 0.0 };
-            let (leaving, due) = if accepted {
-                (core::mem::replace(current, proposal), core::mem::replace(&mut self.state.pending, weight))
-            } else {
-                (proposal, weight)
-            };
-            splat(leaving.pixel, leaving.value * due);
-        }
-        if accepted {
-            self.state.technique = technique;
-            self.numbers.iter_mut().zip(made).for_each(|(to, from)| *to = *from);
-        }
-        Ok(if large { Step::Large } else { Step::Small { acceptance } })
+        Ok(Decision { large, acceptance, accepted, dark: !(target > 0.0), technique, random })
     }
-}
 
-enum Step {
-    Large,
-    Small { acceptance: f64 },
+    fn make(&self, decision: Decision, state: &mut State, numbers: &mut [f64], room: &mut Room<'a>) {
+        state.random = decision.random;
+        if decision.accepted {
+            state.technique = decision.technique;
+            state.born = room.proposal.born;
+            numbers.iter_mut().zip(&room.numbers).take(decision.technique.numbers()).for_each(|(to, from)| *to = *from);
+            core::mem::swap(&mut room.current, &mut room.proposal);
+        }
+    }
+
+    fn splat(
+        &self,
+        state: &State,
+        sample: &Sample,
+        due: f64,
+        batch: &mut shift::Scratch,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Stop> {
+        if !(due > 0.0 && sample.target > 0.0) {
+            return Ok(());
+        }
+        let (Some(options), Some(path)) = (&self.options.shift, sample.shiftable.as_ref().filter(|_| sample.moves)) else {
+            film.add(sample.pixel, sample.value * due);
+            return Ok(());
+        };
+        let options = options.after(sample.born as f64 * f64::from(state.start.chains));
+        let (tiles, random) = chain_shift_numbers(self.options.seed, state.index, sample.born);
+        let tile = self.tile(&options, tiles, path, stats)?;
+        let draw = Draw { tiles, random };
+        let done = batch.shift(self.scene, self.queries, &options, path, tile.as_ref(), draw, |p, c| film.add(p, c * due))?;
+        stats.add_batch(&done);
+        Ok(())
+    }
+
+    /// The camera rays of the tile that a path is in, if batches need them.
+    fn tile(
+        &self,
+        options: &shift::Options,
+        numbers: [u32; 2],
+        path: &Shiftable,
+        stats: &mut Stats,
+    ) -> Result<Option<Tile>, Stop> {
+        if !options.has_views() {
+            return Ok(None);
+        }
+        let (scene, pixel) = (self.scene, path.image.pixel);
+        let bounds = Tiling::new(&scene.camera, options.tile_side(), numbers).tile(pixel.x as u32, pixel.y as u32);
+        let tile = Tile::trace(scene, self.queries, bounds, pixel, scene.camera.on_lens(path.image.ray.origin))?;
+        stats.rays += tile.views().len() as u64;
+        Ok(Some(tile))
+    }
 }
 
 impl ChainStats {
-    fn count(&mut self, large: bool, accepted: bool, dark: bool) {
-        let (all, good) =
-            if large { (&mut self.large, &mut self.large_accepted) } else { (&mut self.small, &mut self.small_accepted) };
+    fn count(&mut self, decision: &Decision) {
+        let (all, accepted) = if decision.large {
+            (&mut self.large, &mut self.large_accepted)
+        } else {
+            (&mut self.small, &mut self.small_accepted)
+        };
         *all += 1;
-        *good += u64::from(accepted);
-        self.dark += u64::from(dark);
+        *accepted += u64::from(decision.accepted);
+        self.dark += u64::from(decision.dark);
     }
 }

@@ -6,5 +6,5 @@ mod numbers;
 mod path;
 
 pub use bootstrap::{Brightness, Plan, Start, run as bootstrap};
-pub use chain::{Chain, ChainStats, Options, State};
+pub use chain::{ChainStats, Metropolis, Options, State};
 pub use numbers::capacity;

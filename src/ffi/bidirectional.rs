@@ -1,0 +1,99 @@
+//! The bidirectional sampler.
+
+use super::films::{film, volgrad_film};
+use super::pointer::{sized_over, write_sized};
+use super::samplers::{HostQueries, NO_STATS, add_stats, pixel_range, volgrad_path_sampler_stats};
+use super::scenes::{scene, volgrad_scene};
+use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
+use super::types::volgrad_queries;
+use crate::sampler::Stats;
+use crate::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, Options};
+
+/// Most edges of a path of the bidirectional sampler and of chains.
+pub const VOLGRAD_MAX_LENGTH: u32 = 64;
+
+const _: () = assert!(MAX_LENGTH == VOLGRAD_MAX_LENGTH as usize);
+
+/// Weights p/sum p of the techniques that could have made a path [VG95].
+pub const VOLGRAD_HEURISTIC_BALANCE: u32 = 0;
+/// p^2/sum p^2.
+pub const VOLGRAD_HEURISTIC_POWER: u32 = 1;
+
+/// Settings of the bidirectional sampler.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct volgrad_bidirectional_options {
+    /// `sizeof(volgrad_bidirectional_options)` of the caller.
+    pub struct_size: u32,
+    /// Most edges of a path, 2 ... VOLGRAD_MAX_LENGTH.
+    pub max_length: u32,
+    /// Vertices of a subpath before Russian roulette begins.
+    pub rr_depth: u32,
+    /// `VOLGRAD_HEURISTIC_*`.
+    pub heuristic: u32,
+    pub seed: u64,
+}
+
+const DEFAULTS: volgrad_bidirectional_options = volgrad_bidirectional_options {
+    struct_size: size_of::<volgrad_bidirectional_options>() as u32,
+    max_length: VOLGRAD_MAX_LENGTH,
+    rr_depth: 5,
+    heuristic: VOLGRAD_HEURISTIC_BALANCE,
+    seed: 0,
+};
+
+/// Fills options with their defaults: VOLGRAD_MAX_LENGTH, roulette from vertex 5 on. `struct_size`: `sizeof *options` of the caller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_bidirectional_options_default(
+    options: *mut volgrad_bidirectional_options,
+    struct_size: usize,
+) -> volgrad_status {
+    // SAFETY: the header's contract.
+    finish(unsafe { write_sized(options, struct_size, DEFAULTS) }.map_err(Into::into))
+}
+
+/// As `volgrad_path_sampler_run`, but each sample is a subpath from the camera, one from a light, and all their connections that make a path
+/// of 2 ... max_length edges; directly visible lights and longer paths are the path sampler's (see `left_out_first` there). Pixels are
+/// numbered row by row. Paths through specular surfaces to directional, point and spot lights, which no path sampler finds, are found here.
+///
+/// A path is weighted by the true densities of all techniques that could have made it, free flight and phase functions included.
+/// Subpaths start from lights at infinity only if the scene's bounds are known.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_bidirectional_run(
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    options: *const volgrad_bidirectional_options,
+    pass: u64,
+    first_pixel: u32,
+    pixel_count: u32,
+    film: *mut volgrad_film,
+    stats: *mut volgrad_path_sampler_stats,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
+        let options = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
+        let counted = if stats.is_null() { NO_STATS } else { unsafe { sized_over(stats, NO_STATS) }? };
+        let mut film = unsafe { self::film(film) }?;
+        let pixels = pixel_range(scene, &film, first_pixel, pixel_count)?;
+        let sampler = Bidirectional { scene, queries: &queries, options };
+        let mut done = Stats::default();
+        let result = sampler.sample_pixels(pass, pixels, &mut film, &mut done);
+        if !stats.is_null() {
+            unsafe { add_stats(stats, counted, &done) }?;
+        }
+        Ok(result?)
+    })())
+}
+
+fn options(o: &volgrad_bidirectional_options) -> Result<Options, Fault> {
+    if !(2..=VOLGRAD_MAX_LENGTH).contains(&o.max_length) {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"max_length", 0));
+    }
+    let heuristic = match o.heuristic {
+        VOLGRAD_HEURISTIC_BALANCE => Heuristic::Balance,
+        VOLGRAD_HEURISTIC_POWER => Heuristic::Power,
+        _ => return Err(VOLGRAD_ERROR_KIND.at(c"heuristic", 0)),
+    };
+    Ok(Options { max_length: o.max_length, rr_depth: o.rr_depth, seed: o.seed, heuristic })
+}

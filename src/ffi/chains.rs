@@ -1,0 +1,401 @@
+//! Metropolis light transport: bootstrap, plan, chains.
+
+use super::films::{film, volgrad_film};
+use super::pointer::{array, array_mut, check, exclusive, output, reference, sized, sized_over, write_sized};
+use super::samplers::{HostQueries, check_size};
+use super::scenes::{ALIGNMENT, check_memory, scene, volgrad_scene};
+use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
+use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
+use super::types::{VOLGRAD_ABI_VERSION, volgrad_queries};
+use crate::sampler::metropolis::{ChainStats, Metropolis, Options, Plan, Start, State, bootstrap, capacity};
+use crate::sampler::{Lengths, Stats};
+use core::ffi::c_void;
+use core::slice;
+
+use super::bidirectional::VOLGRAD_MAX_LENGTH;
+
+/// Settings of Metropolis light transport. All calls for one image take the same.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct volgrad_chain_options {
+    /// `sizeof(volgrad_chain_options)` of the caller.
+    pub struct_size: u32,
+    /// The edges of the paths that chains render: 2 <= min_length <= max_length <= VOLGRAD_MAX_LENGTH. Others are the path sampler's: give it
+    /// the same two as `left_out_first` and `left_out_last`.
+    pub min_length: u32,
+    pub max_length: u32,
+    /// Mutations of each chain before the first that counts, in which the size of its small steps adapts.
+    pub burn_in: u32,
+    /// Probability of a mutation that makes a new, independent path; > 0 and <= 1.
+    pub large_step: f32,
+    /// Every how many mutations a batch of shifted paths is made, which then counts as many times; >= 1. Unused without shifts.
+    pub shift_every: u32,
+    pub seed: u64,
+    /// Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
+    pub shift: volgrad_shift_options,
+}
+
+const DEFAULTS: volgrad_chain_options = volgrad_chain_options {
+    struct_size: size_of::<volgrad_chain_options>() as u32,
+    min_length: 2,
+    max_length: 32,
+    burn_in: 512,
+    large_step: 0.3,
+    shift_every: 4,
+    seed: 0,
+    shift: SHIFT_DEFAULTS,
+};
+
+/// Where a chain begins, as `volgrad_chain_plan` finds it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct volgrad_chain_start {
+    /// Number of the bootstrap sample, and the edges of its path.
+    pub sample: u64,
+    pub length: u32,
+    /// Number of the chain.
+    pub index: u32,
+    /// Chains in all over those of this length: what a splat counts for.
+    pub share: f64,
+    /// Chains in all.
+    pub chains: u32,
+    pub reserved: u32,
+    /// Brightness of this length.
+    pub brightness: f64,
+}
+
+/// What the bootstrap says about the image.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct volgrad_chain_plan_result {
+    /// `sizeof(volgrad_chain_plan_result)` of the caller.
+    pub struct_size: u32,
+    /// Chains planned; 0 if all samples are dark.
+    pub chain_count: u32,
+    /// Mean luminance over the sampled pixels of what chains render, and its standard error over it.
+    pub brightness: f64,
+    pub relative_error: f64,
+}
+
+const NO_RESULT: volgrad_chain_plan_result =
+    volgrad_chain_plan_result { struct_size: 0, chain_count: 0, brightness: 0.0, relative_error: 0.0 };
+
+/// Counts of what chains did; each call adds to them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct volgrad_chain_stats {
+    /// `sizeof(volgrad_chain_stats)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// Mutations by kind, those accepted, those to a path that carries nothing, and those before the first that counts.
+    pub large_steps: u64,
+    pub large_accepted: u64,
+    pub small_steps: u64,
+    pub small_accepted: u64,
+    pub dark: u64,
+    pub burn_in: u64,
+    /// Paths whose value was not finite, which were left out.
+    pub dropped: u64,
+    /// Rays of `intersect` and of `occluded`; rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`.
+    pub rays: u64,
+    pub occlusion_rays: u64,
+    pub overflows: u64,
+    /// Batches, offsets tried, and those that stayed, as in `volgrad_path_sampler_stats`.
+    pub shifted_paths: u64,
+    pub shifts: u64,
+    pub stays: u64,
+}
+
+/// A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
+#[repr(C, align(16))]
+pub struct volgrad_chain {
+    stamp: u64,
+    bytes: u64,
+    options: Options,
+    state: State,
+}
+
+const STAMP: u64 = 0x766f_6c63_6861_6900 | VOLGRAD_ABI_VERSION as u64;
+const HEAD: usize = size_of::<volgrad_chain>();
+
+fn options(o: &volgrad_chain_options) -> Result<(Options, Lengths), Fault> {
+    if !(2 <= o.min_length && o.min_length <= o.max_length && o.max_length <= VOLGRAD_MAX_LENGTH) {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"min_length, max_length", 0));
+    }
+    if !(o.large_step > 0.0 && o.large_step <= 1.0) {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"large_step", 0));
+    }
+    if o.shift_every == 0 {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"shift_every", 0));
+    }
+    if o.shift.struct_size as usize != size_of::<volgrad_shift_options>() {
+        return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
+    }
+    let shift = shift_options(&o.shift)?;
+    let options = Options {
+        seed: o.seed,
+        large_step: o.large_step.into(),
+        burn_in: o.burn_in,
+        shift,
+        shift_every: if shift.is_some() { o.shift_every } else { 1 },
+    };
+    Ok((options, Lengths { first: o.min_length, last: o.max_length }))
+}
+
+/// Fills options with their defaults: paths of 2 to 32 edges, no shifts. `struct_size`: `sizeof *options` of the caller.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_options_default(
+    options: *mut volgrad_chain_options,
+    struct_size: usize,
+) -> volgrad_status {
+    // SAFETY: the header's contract.
+    finish(unsafe { write_sized(options, struct_size, DEFAULTS) }.map_err(Into::into))
+}
+
+/// Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
+/// the image is, and where chains may begin. All path lengths take turns, so the array for all samples starts with number 0 and has no gaps;
+/// threads fill parts of it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_bootstrap(
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    options: *const volgrad_chain_options,
+    first: u64,
+    count: u32,
+    weights: *mut f32,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
+        let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
+        let weights = unsafe { array_mut(weights, count as usize) }?;
+        Ok(bootstrap(scene, &queries, options.seed, lengths, first, weights, &mut Stats::default())?)
+    })())
+}
+
+/// Shares about `wanted` chains out among the path lengths, in proportion to their brightness, and picks a bootstrap sample for each to begin
+/// with: `weights` are those of all samples, from number 0 on. Writes result->chain_count starts, VOLGRAD_MAX_LENGTH more than wanted at most;
+/// with `starts` NULL only the result.
+///
+/// The expected image is right whatever the number of samples; brightness is known to result->relative_error, so it differs that much between
+/// seeds. More samples make it less.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_plan(
+    options: *const volgrad_chain_options,
+    weights: *const f32,
+    count: usize,
+    wanted: u32,
+    starts: *mut volgrad_chain_start,
+    capacity: u32,
+    result: *mut volgrad_chain_plan_result,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
+        let (weights, before) = unsafe { (array(weights, count)?, sized_over(result, NO_RESULT)?) };
+        if wanted == 0 || wanted > MOST_CHAINS {
+            return Err(VOLGRAD_ERROR_RANGE.at(c"wanted", 0));
+        }
+        if weights.iter().any(|weight| !(*weight >= 0.0 && weight.is_finite())) {
+            return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"weights", 0));
+        }
+        let plan = Plan::new(lengths, weights, wanted);
+        if !starts.is_null() {
+            if capacity < plan.chain_count {
+                return Err(VOLGRAD_ERROR_TOO_SMALL.at(c"capacity", 0));
+            }
+            let starts = unsafe { array_mut(starts, plan.chain_count as usize) }?;
+            let mut next = 0;
+            plan.starts(options.seed, weights, |Start { sample, length, share, chains, brightness }| {
+                if let Some(start) = starts.get_mut(next as usize) {
+                    *start = volgrad_chain_start { sample, length, index: next, share, chains, reserved: 0, brightness };
+                    next += 1;
+                }
+            });
+        }
+        let found = volgrad_chain_plan_result {
+            chain_count: plan.chain_count,
+            brightness: plan.brightness(),
+            relative_error: plan.relative_error(),
+            ..before
+        };
+        unsafe { write_sized(result, before.struct_size as usize, found) }?;
+        Ok(())
+    })())
+}
+
+const MOST_CHAINS: u32 = 1 << 24;
+
+fn bytes_of(length: u32) -> usize {
+    (HEAD + capacity(length as usize) * size_of::<f64>()).next_multiple_of(ALIGNMENT)
+}
+
+/// Memory that a chain with these options needs: less than 3 KiB, 1 KiB for paths of up to 16 edges.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_size(options: *const volgrad_chain_options, bytes: *mut usize) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let (options, write) = unsafe { (sized_over(options, DEFAULTS)?, output(bytes)?) };
+        write(bytes_of(self::options(&options)?.1.last));
+        Ok(())
+    })())
+}
+
+/// Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. There is
+/// nothing else to free. `stats` may be NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_init(
+    memory: *mut c_void,
+    bytes: usize,
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    options: *const volgrad_chain_options,
+    start: *const volgrad_chain_start,
+    stats: *mut volgrad_chain_stats,
+    chain: *mut *mut volgrad_chain,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (scene, queries, start) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?, reference(start)?) };
+        let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
+        let write = unsafe { output(chain) }?;
+        let counted = unsafe { counted(stats) }?;
+        if !lengths.contains(start.length) || !(start.brightness > 0.0 && start.share > 0.0) {
+            return Err(VOLGRAD_ERROR_RANGE.at(c"start", 0));
+        }
+        check_memory(memory, bytes, bytes_of(lengths.last))?;
+        let object = memory.cast::<volgrad_chain>();
+        let numbers = unsafe {
+            memory.cast::<u8>().write_bytes(0, bytes_of(lengths.last));
+            slice::from_raw_parts_mut(object.add(1).cast::<f64>(), capacity(lengths.last as usize))
+        };
+        let volgrad_chain_start { sample, length, share, chains, brightness, .. } = *start;
+        let from = Start { sample, length, share, chains, brightness };
+        let state = State::new(&options, start.index, from, numbers);
+        unsafe { object.write(volgrad_chain { stamp: STAMP, bytes: bytes_of(lengths.last) as u64, options, state }) };
+        let mut work = Work::default();
+        let state = &mut unsafe { exclusive(object) }?.state;
+        let metropolis = Metropolis { scene, queries: &queries, options };
+        let result = metropolis.burn_in(state, numbers, &mut work.rays, &mut work.chain);
+        unsafe { add_stats(stats, counted, &work) }?;
+        if let Err(stop) = result {
+            unsafe { (&raw mut (*object).stamp).write(0) };
+            return Err(stop.into());
+        }
+        write(object);
+        Ok(())
+    })())
+}
+
+/// Makes `mutations` mutations, and adds what they splat to `film`, which has the camera's size. What is due at the path where the chain is
+/// now is kept: `volgrad_chain_flush`.
+///
+/// The image of all chains is `volgrad_film_develop` with scale pixels/(chains * mutations of each), pixels being those of the
+/// camera's crop; all chains of a plan have made as many mutations then. What a chain adds depends on (scene, options, start) only, so threads
+/// share chains among them in any way, each with a film of its own. `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or
+/// `VOLGRAD_ERROR_INVALID_HIT` the chain is where it was after the last whole mutation, and stats->large_steps + small_steps says how many there
+/// were: the next call goes on from there.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_run(
+    chain: *mut volgrad_chain,
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    mutations: u64,
+    film: *mut volgrad_film,
+    stats: *mut volgrad_chain_stats,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
+        let (mut film, counted) = unsafe { (self::film(film)?, counted(stats)?) };
+        let count = numbers_of(unsafe { head(chain) }?);
+        check_size(scene, &film)?;
+        let object = unsafe { exclusive(chain) }?;
+        // SAFETY: the stamp says that volgrad_chain_init wrote this many numbers behind the head.
+        let numbers = unsafe { slice::from_raw_parts_mut(chain.add(1).cast::<f64>(), count) };
+        let mut done = Work::default();
+        let metropolis = Metropolis { scene, queries: &queries, options: object.options };
+        let result = metropolis.run(&mut object.state, numbers, mutations, &mut film, &mut done.rays, &mut done.chain);
+        unsafe { add_stats(stats, counted, &done) }?;
+        Ok(result?)
+    })())
+}
+
+/// Adds to `film` what is due at the path where the chain is now, and leaves the chain as it is: a last call for each chain before the final
+/// image, or into a copy of the film for one on the way.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_flush(
+    chain: *const volgrad_chain,
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    film: *mut volgrad_film,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
+        let (mut film, object) = unsafe { (self::film(film)?, head(chain)?) };
+        check_size(scene, &film)?;
+        // SAFETY: the stamp says that volgrad_chain_init wrote this many numbers behind the head.
+        let numbers = unsafe { slice::from_raw_parts(chain.add(1).cast::<f64>(), numbers_of(object)) };
+        let metropolis = Metropolis { scene, queries: &queries, options: object.options };
+        Ok(metropolis.flush(&object.state, numbers, &mut film, &mut Stats::default())?)
+    })())
+}
+
+#[derive(Default)]
+struct Work {
+    rays: Stats,
+    chain: ChainStats,
+}
+
+/// # Safety
+/// As for `reference`.
+unsafe fn head<'a>(pointer: *const volgrad_chain) -> Result<&'a volgrad_chain, Fault> {
+    check(pointer)?;
+    // SAFETY: the caller's promise; only the stamp is read before it is known to be a chain.
+    if unsafe { (&raw const (*pointer).stamp).read() } != STAMP {
+        return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
+    }
+    // SAFETY: the stamp says that a whole chain is there.
+    Ok(unsafe { reference(pointer) }?)
+}
+
+/// How many numbers follow the head.
+fn numbers_of(chain: &volgrad_chain) -> usize {
+    (chain.bytes as usize - HEAD) / size_of::<f64>()
+}
+
+/// # Safety
+/// As for `sized`, or NULL.
+unsafe fn counted(stats: *mut volgrad_chain_stats) -> Result<volgrad_chain_stats, Fault> {
+    // SAFETY: the caller's promise.
+    if stats.is_null() { Ok(volgrad_chain_stats::default()) } else { Ok(unsafe { sized(stats.cast_const()) }?) }
+}
+
+/// # Safety
+/// `pointer`, if not NULL, is the caller's struct, which is `before`.
+unsafe fn add_stats(pointer: *mut volgrad_chain_stats, before: volgrad_chain_stats, done: &Work) -> Result<(), Fault> {
+    if pointer.is_null() {
+        return Ok(());
+    }
+    let (chain, rays) = (&done.chain, &done.rays);
+    let sum = volgrad_chain_stats {
+        large_steps: before.large_steps + chain.large,
+        large_accepted: before.large_accepted + chain.large_accepted,
+        small_steps: before.small_steps + chain.small,
+        small_accepted: before.small_accepted + chain.small_accepted,
+        dark: before.dark + chain.dark,
+        burn_in: before.burn_in + chain.burn_in,
+        dropped: before.dropped + chain.dropped,
+        rays: before.rays + rays.rays,
+        occlusion_rays: before.occlusion_rays + rays.occlusion_rays,
+        overflows: before.overflows + rays.overflows,
+        shifted_paths: before.shifted_paths + rays.shifted_paths,
+        shifts: before.shifts + rays.shifts,
+        stays: before.stays + rays.stays,
+        ..before
+    };
+    // SAFETY: the caller's promise.
+    unsafe { write_sized(pointer, before.struct_size as usize, sum) }?;
+    Ok(())
+}

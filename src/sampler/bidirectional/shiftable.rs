@@ -1,0 +1,265 @@
+//! Prepares a path of the bidirectional techniques for shifting: the same as shift/from_path.rs, from what the subpaths know already.
+
+use super::connect::Connection;
+use super::vertex::{Edge, Kind, Vertex};
+use crate::math::{Colour, DVec3, luminance};
+use crate::medium::{EdgeMoments, moments};
+use crate::phase::Phase;
+use crate::scene::{HIT_NONE, HIT_OVERFLOW, Hit, Light, Queries, Ray, Scene, Stop, View};
+use crate::shift::{self, Bounce, Chain, Depth, Link, Next, Onwards, Place, RunVertex, Shiftable};
+
+/// A path x_0 … x_k made of two subpaths.
+pub struct Joined<'p, 'a> {
+    pub scene: &'a Scene<'a>,
+    pub camera: &'p [Vertex<'a>],
+    pub light: &'p [Vertex<'a>],
+    pub connection: &'p Connection,
+}
+
+impl<'a> Joined<'_, 'a> {
+    fn last(&self) -> usize {
+        self.camera.len() + self.light.len() - 1
+    }
+
+    fn vertex(&self, i: usize) -> &Vertex<'a> {
+        if i < self.camera.len() { &self.camera[i] } else { &self.light[self.last() - i] }
+    }
+
+    /// The edge from x_i to x_{i+1}, as it arrives there.
+    fn edge(&self, i: usize) -> Edge {
+        if i + 1 < self.camera.len() {
+            self.camera[i + 1].edge
+        } else if i >= self.camera.len() {
+            self.light[self.last() - i].edge.reversed()
+        } else {
+            self.connection.edge.unwrap_or(Edge::NONE)
+        }
+    }
+
+    /// Unit vectors from x_i to the vertices before and after it.
+    fn directions(&self, i: usize) -> (DVec3, DVec3) {
+        (self.edge(i - 1).back, -self.edge(i).back)
+    }
+
+    /// The light at the path's end, and the normal there if it is an area light.
+    fn source(&self) -> Option<(&'a Light<'a>, Option<DVec3>)> {
+        match self.vertex(self.last()).kind {
+            Kind::Light { light, normal, .. } => Some((light, normal)),
+            Kind::Far { light, .. } => Some((light, None)),
+            Kind::Surface { light, normal, .. } => self.scene.lights.get(light).map(|light| (light, Some(normal))),
+            _ => None,
+        }
+    }
+
+    /// What of f at x_i is not the same in all channels, or changes with x_i's neighbours: σ_s or f_r or the emission.
+    fn colour(&self, i: usize) -> Colour {
+        if i == self.last() {
+            return self.source().map_or(Colour::ZERO, |(light, _)| light.emission(self.edge(i - 1).back));
+        }
+        let vertex = self.vertex(i);
+        match vertex.kind {
+            Kind::Medium { index, .. } => {
+                self.scene.medium(index).map_or(Colour::ZERO, |medium| medium.albedo * vertex.extinction)
+            }
+            Kind::Surface { bsdf, normal, .. } => {
+                let (to_camera, to_light) = self.directions(i);
+                bsdf.eval_or_weight(normal, to_camera, to_light)
+            }
+            _ => Colour::ONE,
+        }
+    }
+
+    /// Prepares it, with the weight that the connection says, in the place of another one. False: its first vertex may not move.
+    pub fn prepare<Q: Queries>(
+        &self,
+        queries: &Q,
+        options: &shift::Options,
+        path: &mut Option<Shiftable>,
+    ) -> Result<bool, Stop> {
+        let Some(run) = self.run(options) else { return Ok(false) };
+        let derivatives = options.mode.has_derivatives();
+        let scene = self.scene;
+        let lens = scene.camera.on_lens(self.camera[0].position);
+        let image = scene.camera.image_point(self.connection.pixel, self.vertex(1).position, lens);
+        let asker = Asker { path: self, queries, derivatives };
+        let Some(first) = self.run_vertex(1, &asker)? else { return Ok(false) };
+        let path = match path {
+            Some(path) => {
+                path.clear();
+                path.renew(image, first);
+                path
+            }
+            none => none.insert(Shiftable::new(image, first)),
+        };
+        for i in 2..=run.length {
+            let Some(vertex) = self.run_vertex(i, &asker)? else { return Ok(false) };
+            path.push(vertex);
+        }
+        if run.chain {
+            path.chain = self.chain(run.length);
+        } else {
+            path.onwards = Some(self.onwards(run.length, &asker)?);
+        }
+        let scale = luminance(self.connection.value) * self.connection.weight / luminance(path.carried(scene));
+        path.scale(scale);
+        Ok(scale.is_finite())
+    }
+
+    /// How many vertices move: medium vertices from the camera on, or one on a surface.
+    fn run(&self, options: &shift::Options) -> Option<Run> {
+        let last = self.last();
+        let mut length = 1;
+        match self.vertex(1).kind {
+            Kind::Medium { .. } => {
+                while length < options.run && length + 1 < last && matches!(self.vertex(length + 1).kind, Kind::Medium { .. }) {
+                    length += 1;
+                }
+            }
+            Kind::Surface { bsdf, .. } if !bsdf.is_specular() && !bsdf.transmits() => {}
+            _ => return None,
+        }
+        if self.connects(length + 1) {
+            return Some(Run { length, chain: false });
+        }
+        if options.mode.has_queries() && self.is_chain(length + 1) {
+            return Some(Run { length, chain: true });
+        }
+        (length > 1).then_some(Run { length: length - 1, chain: false })
+    }
+
+    /// Whether a link may end at x_i: what it does there does not depend on the direction, but for a phase function.
+    fn connects(&self, i: usize) -> bool {
+        if i == self.last() {
+            return self.source().is_some_and(|(light, _)| !light.has_profile());
+        }
+        match self.vertex(i).kind {
+            Kind::Surface { bsdf, .. } => bsdf.is_lambertian(),
+            _ => true,
+        }
+    }
+
+    /// Whether from x_i on there are only specular surfaces, and then a light that can be found.
+    fn is_chain(&self, i: usize) -> bool {
+        let last = self.last();
+        let found = self.source().is_some_and(|(light, normal)| normal.is_some() || light.is_environment());
+        i < last && last - i <= shift::MAX_CHAIN && found && (i..last).all(|j| self.vertex(j).is_specular())
+    }
+
+    fn run_vertex<Q: Queries>(&self, i: usize, asker: &Asker<Q>) -> Result<Option<RunVertex>, Stop> {
+        let (vertex, edge) = (self.vertex(i), self.edge(i - 1));
+        let place = match vertex.kind {
+            Kind::Medium { index, .. } => Place::Medium(index),
+            Kind::Surface { bsdf, material, normal, media, .. } => {
+                let facing = bsdf.facing(normal, edge.back);
+                Place::Surface { material, normal: facing, medium: media[usize::from(facing != normal)] }
+            }
+            _ => return Ok(None),
+        };
+        let depth = asker.depth(i - 1, if i == 1 { Depth::far } else { |moments, _, _| Depth::whole(moments) })?;
+        let (to_previous, distance) = (edge.back, edge.distance);
+        Ok(Some(RunVertex { x: vertex.position, place, depth, to_previous, distance, light: None }))
+    }
+
+    /// The link from the run's last vertex to the next one.
+    fn onwards<Q: Queries>(&self, run: usize, asker: &Asker<Q>) -> Result<Onwards, Stop> {
+        let next = self.vertex(run + 1);
+        let back = self.edge(run).back;
+        let (place, phase) = if run + 1 == self.last() {
+            let normal = self.source().and_then(|(_, normal)| normal);
+            let far = matches!(next.kind, Kind::Far { .. });
+            (if far { Next::Direction(next.position) } else { Next::Point { position: next.position, normal } }, None)
+        } else {
+            match next.kind {
+                Kind::Surface { bsdf, normal, .. } => {
+                    (Next::Point { position: next.position, normal: Some(bsdf.facing(normal, back)) }, None)
+                }
+                Kind::Medium { phase, .. } => (Next::Point { position: next.position, normal: None }, Some(phase)),
+                _ => (Next::Point { position: next.position, normal: None }, None),
+            }
+        };
+        let link = Link { next: place, depth: asker.depth(run, Depth::near)? };
+        let mut onwards = Onwards::new(link, run - 1, phase.unwrap_or(Phase::ISOTROPIC));
+        let rest = self.rest(run + 1);
+        match phase {
+            Some(_) => onwards.add_wing(-self.edge(run + 1).back, rest),
+            None => onwards.plain = rest,
+        }
+        Ok(onwards)
+    }
+
+    /// The factors from x_i on, of which only the ratios between the channels matter.
+    fn rest(&self, first: usize) -> Colour {
+        (first..=self.last()).fold(Colour::ONE, |rest, i| {
+            let edge = if i == self.last() { Colour::ONE } else { self.edge(i).transmittance };
+            let product = rest * self.colour(i) * edge;
+            let largest = product.max_element();
+            if largest > 0.0 { product / largest } else { product }
+        })
+    }
+
+    /// The specular surfaces after the run, and the light at their end.
+    fn chain(&self, run: usize) -> Option<Chain> {
+        let mut chain = Chain::new(-self.edge(run).back, run - 1, Colour::ONE);
+        for i in run..self.last() {
+            chain.pass(self.edge(i).optical_depth, 1.0);
+            let Kind::Surface { bsdf, normal, .. } = self.vertex(i + 1).kind else { continue };
+            if i + 1 < self.last() {
+                let (to_camera, to_light) = self.directions(i + 1);
+                let bounce = Bounce::new(bsdf, normal, to_camera, to_light);
+                let weight = bounce.value;
+                chain.bounce(&bounce, weight).then_some(())?;
+            }
+        }
+        chain.value *= self.colour(self.last());
+        Some(chain)
+    }
+}
+
+/// What of a path moves.
+struct Run {
+    length: usize,
+    /// Whether a chain of specular surfaces follows.
+    chain: bool,
+}
+
+/// Asks the host again for the media along edges whose derivatives are needed.
+struct Asker<'p, 's, 'a, Q> {
+    path: &'p Joined<'s, 'a>,
+    queries: &'p Q,
+    derivatives: bool,
+}
+
+impl<Q: Queries> Asker<'_, '_, '_, Q> {
+    fn depth(&self, i: usize, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Result<Depth, Stop> {
+        let (path, edge) = (self.path, self.path.edge(i));
+        let constant = Depth::constant(edge.optical_depth);
+        if !self.derivatives {
+            return Ok(constant);
+        }
+        let (scene, from, direction) = (path.scene, path.vertex(i), -edge.back);
+        if i == 0 {
+            let lens = scene.camera.on_lens(from.position);
+            let mut view = [View::through(scene, path.connection.pixel, lens)];
+            View::trace(&mut view, scene, self.queries)?;
+            let [view] = view;
+            let known = view.hit.kind != HIT_OVERFLOW && view.length() >= edge.distance * (1.0 - 1e-6);
+            return Ok(if known {
+                kind(&moments(&view.line(scene, edge.distance)), direction, edge.distance)
+            } else {
+                constant
+            });
+        }
+        let t_min = from.epsilon.min(0.25 * edge.distance);
+        let t_max = edge.distance - path.vertex(i + 1).epsilon.min(0.25 * edge.distance);
+        let ray = Ray { t_min: t_min as f32, ..Ray::free(from.position, direction, t_max, from.medium(scene, direction)) };
+        let mut hits = [Hit::EMPTY];
+        self.queries.occluded(&[ray], &mut hits)?;
+        let [hit] = hits;
+        if hit.kind != HIT_NONE {
+            return Ok(constant);
+        }
+        hit.check(scene)?;
+        let line = crate::medium::Line::new(scene.media, from.position, direction, edge.distance, hit.media());
+        Ok(kind(&moments(&line), direction, edge.distance))
+    }
+}
