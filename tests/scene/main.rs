@@ -3,6 +3,7 @@
 mod bsdf;
 mod camera;
 mod environment_map;
+mod inverse;
 mod light;
 mod rough;
 mod spot;
