@@ -22,7 +22,7 @@ pub struct Map {
 }
 
 impl Map {
-    fn new(size: [usize; 2], texel: impl FnMut(usize) -> Rgb) -> Self {
+    pub fn new(size: [usize; 2], texel: impl FnMut(usize) -> Rgb) -> Self {
         let [width, height] = size;
         let texels: Vec<Rgb> = (0..width * height).map(texel).collect();
         let mut sums = vec![0.0; sums_length(width, height)];
@@ -40,7 +40,7 @@ impl Map {
     }
 
     /// Nowhere black.
-    fn bright(size: [usize; 2], seed: u64) -> Self {
+    pub fn bright(size: [usize; 2], seed: u64) -> Self {
         let mut rng = generator(seed);
         let mut value = || uniform(&mut rng, 0.2, 2.0) as f32;
         Self::new(size, |_| Rgb { r: value(), g: value(), b: value() })

@@ -3,17 +3,15 @@
 //! Numbers keep off the borders of the unit square, where turns wrap around and square roots lose half of the digits.
 
 use super::environment_map::Map;
+use super::rough::{METAL, index};
 use super::{direction, direction_before};
 use proptest::prelude::*;
 use volgrad::math::{Colour, DVec2, DVec3, disk_number, uniform_disk};
 use volgrad::scene::{
-    Bsdf, Camera, Conductor, Falloff, Ggx, Light, LightSample, Lights, Reflector, RoughConductor, RoughDielectric,
+    Bsdf, Camera, Falloff, Ggx, Light, LightSample, Lights, Reflector, RoughConductor, RoughDielectric, accumulate,
 };
 
 const TOLERANCE: f64 = 1e-9;
-
-const METAL: Conductor =
-    Conductor { eta: Colour::new(0.22, 0.95, 1.2), k: Colour::new(3.6, 2.6, 2.4), reflectance: Colour::ONE };
 
 fn numbers() -> impl Strategy<Value = DVec2> {
     (0.001..0.999_f64, 0.001..0.999_f64).prop_map(DVec2::from)
@@ -22,10 +20,6 @@ fn numbers() -> impl Strategy<Value = DVec2> {
 /// On either side of a surface, not grazing.
 fn either_side() -> impl Strategy<Value = (f64, f64)> {
     (prop_oneof![0.05..0.999_f64, -0.999..-0.05_f64], 0.0..1.0_f64)
-}
-
-fn index() -> impl Strategy<Value = f64> {
-    prop_oneof![1.1..2.5_f64, 0.4..0.9_f64]
 }
 
 fn rough(eta: f64, alpha: f64) -> [Bsdf; 5] {
@@ -185,20 +179,31 @@ proptest! {
             prop_assert!(again == index && (left - rest).abs() < TOLERANCE);
         }
     }
-}
 
-/// Where the shares of elements meet, the inverse keeps to its own.
-#[test]
-fn the_ends_of_a_share_belong_to_it() {
-    let lights = near_lights(DVec3::Z);
-    let cdf = [0.1, 0.1 + 0.2, 0.7, 1.0];
-    let lights = Lights { lights: &lights[..4], cdf: &cdf, media: &[], environment: None };
-    for index in 0..4 {
-        for rest in [0.0, 0.5, 1.0] {
-            let number = lights.number(index, rest).expect("it is picked");
-            assert_eq!(lights.pick(number).map(|(index, ..)| index), Some(index), "{rest}");
+    /// Where the shares of elements meet, the inverse keeps to its own.
+    #[test]
+    fn the_ends_of_a_share_belong_to_it(mut weights in prop::array::uniform4(0.0..1.0_f64)) {
+        accumulate(&mut weights);
+        let lights = near_lights(DVec3::Z);
+        let lights = Lights { lights: &lights[..4], cdf: &weights, media: &[], environment: None };
+        for index in 0..4 {
+            for rest in [0.0, 1.0] {
+                let number = lights.number(index, rest).expect("it is picked");
+                prop_assert_eq!(lights.pick(number).map(|(index, ..)| index), Some(index));
+            }
         }
     }
+}
+
+/// Beyond the critical angle nothing is refracted, and an interface between equals reflects nothing.
+#[test]
+fn lobes_that_do_not_exist_have_no_numbers() {
+    let c = direction_before(DVec3::Z, (-0.3, 0.2));
+    let (reflected, refracted) = (DVec3::new(-c.x, -c.y, c.z), direction_before(DVec3::Z, (0.4, 0.7)));
+    let glass = Bsdf::Dielectric { eta: 1.5 };
+    assert!(glass.invert(DVec3::Z, c, reflected).is_some() && glass.invert(DVec3::Z, c, refracted).is_none());
+    let nothing = Bsdf::Dielectric { eta: 1.0 };
+    assert!(nothing.invert(DVec3::Z, DVec3::Z, DVec3::Z).is_none() && nothing.invert(DVec3::Z, DVec3::Z, -DVec3::Z).is_some());
 }
 
 /// Straight at the corners of a light, and at the poles.

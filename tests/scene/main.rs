@@ -1,7 +1,9 @@
 //! What a path meets besides media: cameras, surfaces, lights. One file each, as in src/scene/.
 
+mod adjoint;
 mod bsdf;
 mod camera;
+mod emission;
 mod environment_map;
 mod inverse;
 mod light;

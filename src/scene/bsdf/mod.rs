@@ -68,8 +68,8 @@ pub struct BsdfSample {
     pub weight: Colour,
     /// Per steradian; None for a specular direction.
     pub pdf: Option<f64>,
-    /// Squared ratio of the indices of refraction passed. Times it, `weight` is that of light travelling the other way: of importance,
-    /// for a `to_camera` that points to where the light comes from, and for Russian roulette. Only radiance is scaled by refraction.
+    /// Squared ratio of the indices of refraction passed. `weight` times it is the weight for light travelling the other way, with
+    /// `to_camera` pointing to where that comes from: refraction scales radiance, but not importance. Russian roulette uses it too.
     pub eta_squared: f64,
 }
 
