@@ -87,7 +87,8 @@ int main(void)
     volgrad_medium medium = { /* its box: [-1, 1]^3 */
         .kind = VOLGRAD_MEDIUM_CUSTOM, .phase = { VOLGRAD_PHASE_HENYEY_GREENSTEIN, 0.5f }, .sigma_t = { 8, 8, 8 },
         .albedo = { 0.95f, 0.95f, 0.95f }, .local_to_world = { 2, 0, 0, -1,  0, 2, 0, -1,  0, 0, 2, -1 }, .custom = &custom };
-    volgrad_light lamp = { .kind = VOLGRAD_LIGHT_POINT, .emission = { 60, 60, 60 }, .sampling_weight = 1, .position = { 2, 3, -2 } };
+    volgrad_light lamp = {
+        .kind = VOLGRAD_LIGHT_POINT, .medium = 0, .emission = { 60, 60, 60 }, .sampling_weight = 1, .position = { 2, 3, -2 } };
     volgrad_camera camera = {
         .kind = VOLGRAD_CAMERA_PINHOLE, .width = WIDTH, .height = HEIGHT, .crop_x1 = WIDTH, .crop_y1 = HEIGHT,
         .position = { 0, 0, -4 }, .forward = { 0, 0, 1 }, .right = { 1, 0, 0 }, .up = { 0, 1, 0 }, .tan_half_fov_x = 0.6f };

@@ -27,7 +27,8 @@ int main(void)
         .kind = VOLGRAD_MEDIUM_GRID, .phase = { VOLGRAD_PHASE_HENYEY_GREENSTEIN, 0.4f },
         .sigma_t = { 3, 3, 3 }, .albedo = { 0.9f, 0.9f, 0.9f }, .density = density, .nx = N, .ny = N, .nz = N,
         .local_to_world = { 2, 0, 0, -1,  0, 2, 0, -1,  0, 0, 2, -1 } };
-    volgrad_light lamp = { .kind = VOLGRAD_LIGHT_POINT, .emission = { 50, 50, 50 }, .sampling_weight = 1, .position = { 1, 3, -1 } };
+    volgrad_light lamp = {
+        .kind = VOLGRAD_LIGHT_POINT, .medium = 0, .emission = { 50, 50, 50 }, .sampling_weight = 1, .position = { 1, 3, -1 } };
     volgrad_camera camera = {
         .kind = VOLGRAD_CAMERA_PINHOLE, .width = 640, .height = 480, .crop_x1 = 640, .crop_y1 = 480, .medium = 0,
         .position = { 0, 0, -4 }, .forward = { 0, 0, 1 }, .right = { 1, 0, 0 }, .up = { 0, 1, 0 }, .tan_half_fov_x = 0.5f };

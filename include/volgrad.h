@@ -639,8 +639,9 @@ typedef struct volgrad_material {
 typedef struct volgrad_light {
   // `VOLGRAD_LIGHT_*`.
   uint32_t kind;
-  // Reserved; 0.
-  uint32_t flags;
+  // Medium in front of an area light, around a point or spot light: an index into `volgrad_scene_desc.media`, or `VOLGRAD_NONE`.
+  // Subpaths from the light start in it; an area light must not cross a medium's boundary. Unused by lights at infinity.
+  uint32_t medium;
   // Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
   // its inner cone. Environment map: factor on its image. Not negative.
   struct volgrad_rgb emission;
@@ -686,6 +687,10 @@ typedef struct volgrad_scene_desc {
   const struct volgrad_material *materials;
   // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
   const struct volgrad_light *lights;
+  // A sphere around all surfaces, null ones included; its radius in world units, >= 0. Radius 0: unknown; then light subpaths
+  // start from no light at infinity.
+  struct volgrad_vec3 bounds_centre;
+  float bounds_radius;
 } volgrad_scene_desc;
 
 // How a transmittance is estimated.

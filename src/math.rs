@@ -89,6 +89,26 @@ pub fn uniform_disk(u: DVec2) -> DVec2 {
     DVec2::new(radius * cos(angle), radius * sin(angle))
 }
 
+/// The inverse of [`uniform_disk`].
+pub fn disk_number(d: DVec2) -> DVec2 {
+    DVec2::new(d.length_squared().min(1.0), turn(d.x, d.y))
+}
+
+/// The numbers from which [`uniform_disk`], projected onto the hemisphere around `n`, makes the unit vector `direction`: its density is
+/// cos/π.
+pub fn hemisphere_number(n: DVec3, direction: DVec3) -> DVec2 {
+    let (s, t) = orthonormal_basis(n);
+    disk_number(DVec2::new(direction.dot(s), direction.dot(t)))
+}
+
+/// The angle of a vector in the plane, as a share of a full turn in [0, 1).
+fn turn(x: f64, y: f64) -> f64 {
+    let turn = atan2(y, x) / (2.0 * PI);
+    // A tiny negative turn plus 1 rounds to 1.
+    let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+    if turn < 1.0 { turn } else { 0.0 }
+}
+
 /// A unit vector at cosine `cos_theta` to the unit vector `axis`, turned around it by `turn` ∈ [0, 1) of a full turn.
 pub fn direction_around(axis: DVec3, cos_theta: f64, turn: f64) -> DVec3 {
     let (s, t) = orthonormal_basis(axis);
@@ -100,9 +120,5 @@ pub fn direction_around(axis: DVec3, cos_theta: f64, turn: f64) -> DVec3 {
 /// The inverse of [`direction_around`]: `(cos_theta, turn)` of a unit vector.
 pub fn around_direction(axis: DVec3, direction: DVec3) -> (f64, f64) {
     let (s, t) = orthonormal_basis(axis);
-    let angle = atan2(direction.dot(t), direction.dot(s));
-    let turn = angle / (2.0 * PI);
-    // A tiny negative turn plus 1 rounds to 1.
-    let turn = if turn < 0.0 { turn + 1.0 } else { turn };
-    (axis.dot(direction), if turn < 1.0 { turn } else { 0.0 })
+    (axis.dot(direction), turn(direction.dot(s), direction.dot(t)))
 }

@@ -1,6 +1,7 @@
 #include "crossings.h"
 
 #include <math.h>
+#include <stddef.h>
 
 void crossings_clear(crossing_list *list)
 {
@@ -110,6 +111,17 @@ static int change_medium(segment_builder *builder, float end, const crossing *c)
     return 1;
 }
 
+const crossing *crossings_first(crossing_list *list)
+{
+    sort(list);
+    for (uint32_t i = 0; i < list->count; ++i) {
+        if (!only_touches(list, i)) {
+            return &list->items[i];
+        }
+    }
+    return NULL;
+}
+
 uint32_t crossings_segments(crossing_list *list, uint32_t medium, double end, volgrad_segment *segments)
 {
     if (list->lost_from < end) {
@@ -120,7 +132,7 @@ uint32_t crossings_segments(crossing_list *list, uint32_t medium, double end, vo
     sort(list);
     for (uint32_t i = 0; i < list->count; ++i) {
         const crossing *c = &list->items[i];
-        if (!(c->t < end) || c->medium == VOLGRAD_KEEP_MEDIUM || c->medium == builder.medium || only_touches(list, i)) {
+        if (!(c->t < end) || c->medium == builder.medium || only_touches(list, i)) {
             continue;
         }
         if (!change_medium(&builder, fminf((float)c->t, last_end), c)) {

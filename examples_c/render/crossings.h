@@ -1,4 +1,4 @@
-/* The null (index-matched) surfaces that a ray crosses, and the media between them.
+/* The surfaces between media that a ray crosses: null (index-matched) ones on its way to an opaque one, or all of them.
 
    Crossings arrive in any order while Embree traverses its tree, some of them twice. A crossing names the medium that the ray is in
    after it, whatever it was in before, so repeating one changes nothing. */
@@ -14,7 +14,7 @@ typedef struct {
     double t_error; /* rounding of `t`: another primitive of this shape is met here too if it is met this close */
     double gap;     /* rounding of the shape: another shape that should touch it here may be met this far away */
     volgrad_vec3 normal;
-    uint32_t medium; /* after the crossing; may be VOLGRAD_KEEP_MEDIUM */
+    uint32_t medium; /* after the crossing */
     uint32_t shape;
     uint32_t primitive;
     int leaves; /* the ray goes to the side that the normal points to */
@@ -33,6 +33,9 @@ void crossings_clear(crossing_list *list);
 
 /* Adds a crossing unless it is known already. When the list is full, the farthest one is dropped. */
 void crossings_add(crossing_list *list, const crossing *added);
+
+/* The nearest one; NULL if there is none. Sorts the list. */
+const crossing *crossings_first(crossing_list *list);
 
 /* Writes the media from the ray's origin, which is in `medium`, to `end` (may be INFINITY); crossings at or beyond `end` do not
    count. Returns the number of segments, or 0 if they are more than VOLGRAD_MAX_SEGMENTS. Sorts the list. */

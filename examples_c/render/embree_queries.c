@@ -165,6 +165,7 @@ static void traversal_start(traversal *ray, const scene *scene, const volgrad_ra
     ray->direction = vec3d_from(asked->direction);
     ray->t_min = asked->t_min;
     ray->t_max = asked->t_max;
+    ray->passes_all = 0;
     crossings_clear(&ray->crossings);
 }
 
@@ -268,6 +269,37 @@ static int32_t occluded(void *user, const volgrad_ray *rays, volgrad_hit *hits, 
         }
     }
     return 0;
+}
+
+/* ---- media ---- */
+
+/* A point around which the camera's medium is. */
+static vec3d camera_point(const volgrad_camera *camera)
+{
+    return vec3d_along(vec3d_from(camera->position), camera->near_clip, vec3d_from(camera->forward));
+}
+
+/* On the way to the camera, the side of the first surface between media; without one, the camera is in the same medium. */
+uint32_t embree_queries_medium_at(const embree_queries *queries, volgrad_vec3 point)
+{
+    const volgrad_camera *camera = &queries->scene->desc.camera;
+    vec3d way = vec3d_sub(camera_point(camera), vec3d_from(point));
+    double distance = sqrt(vec3d_dot(way, way));
+    if (!(distance > 0.0)) {
+        return camera->medium;
+    }
+    volgrad_ray asked = {.origin = point, .direction = vec3d_round(vec3d_unit(way)), .t_max = (float)distance};
+    traversal ray;
+    traversal_start(&ray, queries->scene, &asked);
+    ray.passes_all = 1;
+    struct RTCRay embree = embree_ray(&asked);
+    embree_occluded(queries->tree, &ray.context, &embree);
+    const crossing *first = crossings_first(&ray.crossings);
+    if (first == NULL) {
+        return camera->medium;
+    }
+    const shape *surface = &queries->scene->shapes[first->shape];
+    return first->leaves ? surface->medium_inside : surface->medium_outside;
 }
 
 volgrad_queries embree_queries_table(embree_queries *queries)

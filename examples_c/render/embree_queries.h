@@ -17,6 +17,9 @@ void embree_queries_destroy(embree_queries *queries);
 /* The callbacks for volgrad. Any number of threads may use them; valid until the queries are destroyed. */
 volgrad_queries embree_queries_table(embree_queries *queries);
 
+/* The medium at a point, which lies on no surface. */
+uint32_t embree_queries_medium_at(const embree_queries *queries, volgrad_vec3 point);
+
 /* The version of the Embree that this was built with, as in "3.13.5". Writes at most `size` characters. */
 void embree_queries_version(char *text, size_t size);
 

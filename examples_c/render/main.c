@@ -5,6 +5,7 @@
 #include "embree_queries.h"
 #include "image.h"
 #include "interrupt.h"
+#include "light_media.h"
 #include "metadata.h"
 #include "options.h"
 #include "output.h"
@@ -168,15 +169,15 @@ static int run_scene(image_source *source, scene *s)
     if (!set_sampler(&sampler, source->options, s)) {
         return EXIT_FAILED;
     }
-    void *core_memory = make_core_scene(&s->desc, &core);
-    if (core_memory == NULL) {
-        return EXIT_WRONG_INPUT;
-    }
-    int exit_status = EXIT_FAILED;
     embree_queries *embree = embree_queries_create(s, source->options->threads, &problem);
     if (embree == NULL) {
         fprintf(stderr, "volgrad-render: Embree: %s\n", problem);
-    } else {
+        return EXIT_FAILED;
+    }
+    light_media_find(s, embree);
+    int exit_status = EXIT_WRONG_INPUT;
+    void *core_memory = make_core_scene(&s->desc, &core);
+    if (core_memory != NULL) {
         volgrad_queries queries = embree_queries_table(embree);
         source->camera = &s->desc.camera;
         source->sampler = &sampler;

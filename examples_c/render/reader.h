@@ -59,4 +59,7 @@ void reader_set_corner(shape *s, uint32_t vertex, vec3d position);
 /* shape_lights.c: the lights of a shape that emits. */
 void reader_shape_lights(reader *r, const xml_node *node, shape *s, area_emission emission);
 
+/* scene_bounds.c: the sphere around all shapes. */
+void reader_bounds(scene *s);
+
 #endif

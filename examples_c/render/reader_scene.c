@@ -48,6 +48,7 @@ uint32_t reader_add_light(reader *r, const xml_node *node, const volgrad_light *
     }
     desc->lights = lights;
     lights[desc->light_count] = *light;
+    lights[desc->light_count].medium = VOLGRAD_NONE; /* until light_media_find */
     return desc->light_count++;
 }
 

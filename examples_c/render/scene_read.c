@@ -74,7 +74,9 @@ int scene_load(const char *path, scene *out)
     reader r = {&document, out, VOLGRAD_NONE, VOLGRAD_NONE};
     read_scene(&r);
     int ok = document.errors == 0;
-    if (!ok) {
+    if (ok) {
+        reader_bounds(out);
+    } else {
         scene_free(out);
     }
     xml_free(&document);

@@ -20,18 +20,6 @@ static surface_point triangle_point(const triangle *t, vec3d direction)
                            .leaves = vec3d_dot(normal, direction) > 0.0};
 }
 
-/* Called for each triangle that Embree would hit, for one ray at a time; clearing `valid` lets the ray go on. */
-void traversal_filter(const struct RTCFilterFunctionNArguments *args)
-{
-    const traversal *ray = (const traversal *)(const void *)args->context;
-    const struct RTCHit *hit = (const struct RTCHit *)(const void *)args->hit;
-    if (args->valid[0]) {
-        triangle corners = triangle_load(args->geometryUserPtr, hit->primID, ray->origin);
-        surface_point point = triangle_point(&corners, ray->direction);
-        args->valid[0] = in_range(ray, point.t) && vec3d_finite(point.normal) ? -1 : 0;
-    }
-}
-
 static surface_point sphere_point(const shape *sphere, const traversal *ray, double t, int leaves)
 {
     vec3d normal = sphere_normal(vec3d_from(sphere->center), ray->origin, ray->direction, t);
@@ -62,7 +50,7 @@ surface_point traversal_hit_point(const traversal *ray, const struct RTCHit *hit
     return triangle_point(&corners, ray->direction);
 }
 
-/* ---- null surfaces ---- */
+/* ---- crossed surfaces ---- */
 
 /* How far along the ray a few roundings move the surface: over the cosine of incidence (no less than one thousandth, so that
    grazing rays do not skip whole objects). */
@@ -76,13 +64,14 @@ static double place_error(const traversal *ray, const surface_point *point, doub
 static void note_crossing(traversal *ray, uint32_t shape_index, uint32_t primitive, const surface_point *point)
 {
     const shape *surface = &ray->scene->shapes[shape_index];
-    if (point->t > 0.0 && point->t < ray->t_max) {
+    uint32_t medium = point->leaves ? surface->medium_outside : surface->medium_inside;
+    if (point->t > 0.0 && point->t < ray->t_max && medium != VOLGRAD_KEEP_MEDIUM) {
         crossings_add(&ray->crossings,
                       &(crossing){.t = point->t,
                                   .t_error = place_error(ray, point, DBL_EPSILON), /* what is computed here */
                                   .gap = place_error(ray, point, FLT_EPSILON),     /* corners as they are stored */
                                   .normal = vec3d_round(point->normal),
-                                  .medium = point->leaves ? surface->medium_outside : surface->medium_inside,
+                                  .medium = medium,
                                   .shape = shape_index,
                                   .primitive = primitive,
                                   .leaves = point->leaves});
@@ -110,7 +99,23 @@ static void cross_sphere(traversal *ray, uint32_t shape_index)
     }
 }
 
-/* ---- user geometry ---- */
+/* ---- what Embree calls ---- */
+
+/* Called for each triangle that Embree would hit, for one ray at a time; clearing `valid` lets the ray go on. */
+void traversal_filter(const struct RTCFilterFunctionNArguments *args)
+{
+    traversal *ray = (traversal *)(void *)args->context;
+    const struct RTCHit *hit = (const struct RTCHit *)(const void *)args->hit;
+    if (args->valid[0] && ray->passes_all) {
+        cross_triangle(ray, hit->geomID, hit->primID);
+        args->valid[0] = 0;
+    } else if (args->valid[0]) {
+        triangle corners = triangle_load(args->geometryUserPtr, hit->primID, ray->origin);
+        surface_point point = triangle_point(&corners, ray->direction);
+        args->valid[0] = in_range(ray, point.t) && vec3d_finite(point.normal) ? -1 : 0;
+    }
+}
+
 
 /* Wider than what rounding and the tree's own arithmetic can lose. */
 static float padding(float coordinate, float reach)
@@ -159,16 +164,17 @@ void traversal_bounds(const struct RTCBoundsFunctionArguments *args)
                                          .upper_z = high[2]};
 }
 
-/* Whether the primitive stops the ray before t_far, and where. Null surfaces never do. */
+/* Whether the primitive stops the ray before t_far, and where. Null surfaces never do, and no surface stops a ray that passes all. */
 static int visit(traversal *ray, uint32_t shape_index, uint32_t primitive, float t_far, float *t)
 {
     const shape *surface = &ray->scene->shapes[shape_index];
     surface_point point;
-    if (surface->is_null && surface->kind == SHAPE_SPHERE) {
+    int is_crossed = surface->is_null || ray->passes_all;
+    if (is_crossed && surface->kind == SHAPE_SPHERE) {
         cross_sphere(ray, shape_index);
         return 0;
     }
-    if (surface->is_null) {
+    if (is_crossed) {
         cross_triangle(ray, shape_index, primitive);
         return 0;
     }

@@ -15,7 +15,8 @@ typedef struct {
     vec3d direction;
     double t_min;
     double t_max;
-    crossing_list crossings; /* null surfaces met so far */
+    int passes_all;          /* opaque surfaces too are crossed, not hit */
+    crossing_list crossings; /* null surfaces met so far, or all that bound media */
 } traversal;
 
 /* Where a ray meets a shape, in double precision from the shape as it was read. */

@@ -5,7 +5,9 @@ use super::types::*;
 use crate::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3};
 use crate::medium::NONE;
 use crate::phase::Phase;
-use crate::scene::{Bsdf, Camera, Conductor, EnvironmentMap, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric};
+use crate::scene::{
+    Bounds, Bsdf, Camera, Conductor, EnvironmentMap, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric,
+};
 use core::ffi::CStr;
 
 /// Names what is checked: the field, and which element of its array.
@@ -218,7 +220,7 @@ pub fn light<'a>(
     i: usize,
     map: impl FnOnce(DMat3, Colour) -> Result<EnvironmentMap<'a>, Fault>,
 ) -> Result<Light<'a>, Fault> {
-    if l.flags != 0 || !l.custom.is_null() {
+    if !l.custom.is_null() {
         return Place(c"lights: a reserved field", i).range();
     }
     let emission = Place(c"lights.emission", i).colour(l.emission, not_negative)?;
@@ -253,6 +255,23 @@ pub fn light<'a>(
         VOLGRAD_LIGHT_ENVIRONMENT_MAP => Ok(Light::EnvironmentMap(map(orientation(l, i)?, emission)?)),
         _ => Place(c"lights.kind", i).kind(),
     }
+}
+
+/// The medium that subpaths from light `i` start in.
+pub fn light_medium(l: &volgrad_light, i: usize, media_count: u32) -> Result<u32, Fault> {
+    let is_far = matches!(l.kind, VOLGRAD_LIGHT_ENVIRONMENT | VOLGRAD_LIGHT_ENVIRONMENT_MAP | VOLGRAD_LIGHT_DIRECTIONAL);
+    match l.medium {
+        _ if is_far => Ok(NONE),
+        medium if medium == NONE || medium < media_count => Ok(medium),
+        _ => Err(VOLGRAD_ERROR_INDEX.at(c"lights.medium", i)),
+    }
+}
+
+pub fn bounds(centre: Vec3, radius: f32) -> Result<Bounds, Fault> {
+    Ok(Bounds {
+        centre: Place(c"bounds_centre", 0).point(centre)?,
+        radius: Place(c"bounds_radius", 0).number(radius, not_negative)?,
+    })
 }
 
 fn falloff(l: &volgrad_light, i: usize) -> Result<Falloff, Fault> {

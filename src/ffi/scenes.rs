@@ -5,10 +5,10 @@ use super::custom;
 use super::pointer::{array, check, output, reference, sized, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
-use crate::math::Rgb;
+use crate::math::{Rgb, Vec3};
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
 use crate::scene::{
-    Bounds, Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
+    Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
 };
 use core::ffi::c_void;
 use core::mem::{align_of, size_of};
@@ -47,6 +47,8 @@ struct Description<'a> {
     media: &'a [volgrad_medium],
     materials: &'a [volgrad_material],
     lights: &'a [volgrad_light],
+    bounds_centre: Vec3,
+    bounds_radius: f32,
 }
 
 impl<'a> Description<'a> {
@@ -60,6 +62,8 @@ impl<'a> Description<'a> {
             media: unsafe { array(desc.media, desc.media_count as usize) }.map_err(|s| s.at(c"media", 0))?,
             materials: unsafe { array(desc.materials, desc.material_count as usize) }.map_err(|s| s.at(c"materials", 0))?,
             lights: unsafe { array(desc.lights, desc.light_count as usize) }.map_err(|s| s.at(c"lights", 0))?,
+            bounds_centre: desc.bounds_centre,
+            bounds_radius: desc.bounds_radius,
         })
     }
 
@@ -89,13 +93,15 @@ impl<'a> Description<'a> {
             section(size_of::<Bsdf>(), self.materials.len()),
             section(size_of::<Light>(), self.lights.len()),
             section(size_of::<f64>(), self.lights.len()),
+            section(size_of::<u32>(), self.lights.len()),
             section(size_of::<Brick>(), self.brick_count()?),
             section(size_of::<f64>(), self.sum_count()?),
         ];
-        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(bricks), Some(sums)] = starts else {
+        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(light_media), Some(bricks), Some(sums)] = starts
+        else {
             return Err(VOLGRAD_ERROR_RANGE.into());
         };
-        Ok(Layout { media, materials, lights, cdf, bricks, sums, bytes: end })
+        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, bytes: end })
     }
 }
 
@@ -114,6 +120,7 @@ struct Layout {
     materials: usize,
     lights: usize,
     cdf: usize,
+    light_media: usize,
     bricks: usize,
     sums: usize,
     bytes: usize,
@@ -216,17 +223,18 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let cdf = unsafe { fill(at(layout.cdf), desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))? };
     leave_constant_sky_to_chance(lights, cdf);
     accumulate(cdf);
+    let light_medium = |i: usize| convert::light_medium(&desc.lights[i], i, desc.media.len() as u32);
+    let light_media = unsafe { fill(at(layout.light_media), desc.lights.len(), light_medium)? };
     let mut environments = (0u32..).zip(lights.iter()).filter(|(_, l)| l.is_environment());
     let environment = environments.next().map(|(i, _)| i);
     if let Some((i, _)) = environments.next() {
         return Err(VOLGRAD_ERROR_RANGE.at(c"lights.kind", i as usize));
     }
-    let lights = Lights { lights, cdf, media: &[], environment };
+    let lights = Lights { lights, cdf, media: light_media, environment };
+    let bounds = convert::bounds(desc.bounds_centre, desc.bounds_radius)?;
+    let scene = Scene { camera, media, materials, lights, bounds };
     // SAFETY: as above.
-    unsafe {
-        object
-            .write(volgrad_scene { stamp: STAMP, scene: Scene { camera, media, materials, lights, bounds: Bounds::default() } })
-    };
+    unsafe { object.write(volgrad_scene { stamp: STAMP, scene }) };
     Ok(object)
 }
 

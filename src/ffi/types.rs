@@ -194,8 +194,9 @@ pub const VOLGRAD_LIGHT_ENVIRONMENT_MAP: u32 = 7;
 pub struct volgrad_light {
     /// `VOLGRAD_LIGHT_*`.
     pub kind: u32,
-    /// Reserved; 0.
-    pub flags: u32,
+    /// Medium in front of an area light, around a point or spot light: an index into `volgrad_scene_desc.media`, or `VOLGRAD_NONE`.
+    /// Subpaths from the light start in it; an area light must not cross a medium's boundary. Unused by lights at infinity.
+    pub medium: u32,
     /// Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
     /// its inner cone. Environment map: factor on its image. Not negative.
     pub emission: Rgb,
@@ -243,6 +244,10 @@ pub struct volgrad_scene_desc {
     pub materials: *const volgrad_material,
     /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
     pub lights: *const volgrad_light,
+    /// A sphere around all surfaces, null ones included; its radius in world units, >= 0. Radius 0: unknown; then light subpaths
+    /// start from no light at infinity.
+    pub bounds_centre: Vec3,
+    pub bounds_radius: f32,
 }
 
 /// A light path `x_0 ... x_k`, from the camera to a light. Null (index-matched) surfaces are no vertices.
@@ -286,5 +291,6 @@ const _: () = {
     assert!(size_of::<Vertex>() == 44 && size_of::<Ray>() == 36 && size_of::<Hit>() == 372);
     assert!(size_of::<volgrad_camera>() == 96 && size_of::<volgrad_phase>() == 8 && size_of::<volgrad_medium>() == 120);
     assert!(size_of::<volgrad_custom_density>() == 40);
+    assert!(size_of::<volgrad_scene_desc>() == 152);
     assert!(size_of::<volgrad_material>() == 64 && size_of::<volgrad_light>() == 112 && size_of::<volgrad_path>() == 32);
 };

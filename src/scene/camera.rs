@@ -5,7 +5,7 @@
 //! Source of the thin lens: Mitsuba 3, `thinlens`.
 
 use super::{Ray, Scene};
-use crate::math::{DVec2, DVec3, uniform_disk};
+use crate::math::{DVec2, DVec3, disk_number, uniform_disk};
 use crate::medium::{Line, Segment};
 use core::f64::consts::PI;
 
@@ -84,6 +84,11 @@ impl Camera {
     /// A point of the lens from two uniform numbers, in world units along `right` and `up`; 0 for a pinhole.
     pub fn lens_point(&self, u: DVec2) -> DVec2 {
         if self.is_pinhole() { DVec2::ZERO } else { uniform_disk(u) * self.lens_radius }
+    }
+
+    /// The inverse of [`Camera::lens_point`]; any number for a pinhole.
+    pub fn lens_number(&self, lens: DVec2) -> DVec2 {
+        if self.is_pinhole() { DVec2::splat(0.5) } else { disk_number(lens / self.lens_radius) }
     }
 
     /// Where on the lens a world point is.

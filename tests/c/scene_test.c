@@ -147,6 +147,8 @@ static void test_materials_and_lights(void) {
         RANGE(l[i].emission.g = -1, "lights.emission", i);
         RANGE(l[i].sampling_weight = -1, "lights.sampling_weight", i);
     }
+    BAD(l[POINT_LIGHT].medium = 2, VOLGRAD_ERROR_INDEX, "lights.medium", POINT_LIGHT);
+    BAD(l[POINT_LIGHT].medium = VOLGRAD_KEEP_MEDIUM, VOLGRAD_ERROR_INDEX, "lights.medium", POINT_LIGHT);
     RANGE(l[POINT_LIGHT].sampling_weight = 0, "lights.sampling_weight", POINT_LIGHT);
     NOT_FINITE_VEC(l[POINT_LIGHT].position, "lights.position", POINT_LIGHT);
     BAD(l[0].kind = VOLGRAD_LIGHT_DIRECTIONAL, VOLGRAD_ERROR_NOT_FINITE, "lights.direction", 0); /* of length 0 */
@@ -296,6 +298,24 @@ static void test_struct_size(void) {
     fill();
 }
 
+static void test_bounds(void) {
+    const volgrad_scene *scene;
+    NOT_FINITE_VEC(s.desc.bounds_centre, "bounds_centre", 0);
+    NOT_FINITE(s.desc.bounds_radius, "bounds_radius", 0);
+    RANGE(s.desc.bounds_radius = -1, "bounds_radius", 0);
+    s.desc.bounds_centre = vec(1, 2, 3), s.desc.bounds_radius = 4;
+    CHECK_STATUS(volgrad_scene_init(memory, sizeof memory, &s.desc, &scene, NULL), VOLGRAD_OK);
+    fill();
+}
+
+/* Any index will do at a light that has no place, and NONE for one that has. */
+static void test_media_of_lights(void) {
+    const volgrad_scene *scene;
+    s.lights[SKY].medium = 77, s.lights[POINT_LIGHT].medium = VOLGRAD_NONE;
+    CHECK_STATUS(volgrad_scene_init(memory, sizeof memory, &s.desc, &scene, NULL), VOLGRAD_OK);
+    fill();
+}
+
 int main(void) {
     fill();
     test_pointers();
@@ -304,5 +324,7 @@ int main(void) {
     test_media();
     test_materials_and_lights();
     test_environment_map();
+    test_bounds();
+    test_media_of_lights();
     return check_end();
 }

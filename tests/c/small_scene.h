@@ -42,6 +42,7 @@ static inline volgrad_scene_desc *small_scene_fill(small_scene *s) {
     s->materials[GLASS].eta = 1.5f;
     s->materials[DIFFUSE].reflectance = s->materials[MIRROR].reflectance = GREY;
     s->lights[POINT_LIGHT].kind = VOLGRAD_LIGHT_POINT;
+    s->lights[POINT_LIGHT].medium = 0;
     s->lights[POINT_LIGHT].position = vec(0, 2, 3);
     s->lights[SKY].kind = VOLGRAD_LIGHT_ENVIRONMENT;
     for (int i = 0; i < LIGHTS; i++) {

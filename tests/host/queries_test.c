@@ -7,6 +7,7 @@
 
 #include "../../examples_c/render/crossings.h"
 #include "../../examples_c/render/embree_queries.h"
+#include "../../examples_c/render/light_media.h"
 
 enum { FOG = 0, SMOKE = 1, GLASS_INSIDE = 2, MEDIA = 3, VACUUM_SLOT = MEDIA }; /* media; the slot counts vacuum's length */
 enum { MAX_SHAPES = 8, MAX_VERTICES = 8, MAX_TRIANGLES = 12 };
@@ -398,6 +399,122 @@ static void test_overflow(tally *t)
     CHECK(t, crossings_segments(&list, VOLGRAD_NONE, VOLGRAD_MAX_SEGMENTS + 0.5, segments) == 0);
 }
 
+/* ---- the medium at a point ---- */
+
+static uint32_t medium_at(const test_scene *s, float x, float y, float z)
+{
+    return embree_queries_medium_at(s->queries, (volgrad_vec3){x, y, z});
+}
+
+/* Seen from a camera in the fog of the outer cube: null and opaque surfaces tell media apart, those that bound none do not. */
+static void test_medium_at(tally *t)
+{
+    test_scene s;
+    begin(&s);
+    add_cube(&s, 1, VOLGRAD_NONE, FOG, ORIGIN, 4.0f, 0.0);
+    add_sphere(&s, 1, FOG, SMOKE, (volgrad_vec3){2, 0, 0}, 1.0f);
+    add_sphere(&s, 0, FOG, GLASS_INSIDE, (volgrad_vec3){-2, 0, 0}, 1.0f);
+    add_cube(&s, 0, FOG, VOLGRAD_NONE, (volgrad_vec3){0, 2, 0}, .5f, .3);
+    add_cube(&s, 0, VOLGRAD_KEEP_MEDIUM, VOLGRAD_KEEP_MEDIUM, (volgrad_vec3){0, -2, 0}, .5f, .3);
+    add_rectangle(&s, 9.0f, -1.5f);
+    s.scene.desc.camera.medium = FOG;
+    s.scene.desc.camera.position = (volgrad_vec3){.1f, .2f, -3};
+    finish(&s);
+    CHECK(t, medium_at(&s, .1f, .2f, -3) == FOG && medium_at(&s, .3f, .1f, .2f) == FOG && medium_at(&s, 0, 0, 3.9f) == FOG);
+    CHECK(t, medium_at(&s, 2, 0, 0) == SMOKE && medium_at(&s, 2.9f, 0, 0) == SMOKE && medium_at(&s, 2, 0, 1.1f) == FOG);
+    CHECK(t, medium_at(&s, -2, 0, 0) == GLASS_INSIDE && medium_at(&s, -2.8f, .1f, .2f) == GLASS_INSIDE);
+    CHECK(t, medium_at(&s, -3.5f, .2f, 3) == FOG); /* beyond the glass */
+    CHECK(t, medium_at(&s, .1f, 2, .1f) == VOLGRAD_NONE && medium_at(&s, .1f, 3, .1f) == FOG);
+    CHECK(t, medium_at(&s, .1f, -2, .1f) == FOG); /* inside what bounds no medium */
+    CHECK(t, medium_at(&s, 5, 0, 0) == VOLGRAD_NONE && medium_at(&s, 3, 0, 60) == VOLGRAD_NONE);
+    end(&s);
+}
+
+static void test_camera_outside(tally *t)
+{
+    test_scene s;
+    begin(&s);
+    add_cube(&s, 1, VOLGRAD_NONE, FOG, ORIGIN, 1.0f, 0.2);
+    s.scene.desc.camera.medium = VOLGRAD_NONE;
+    s.scene.desc.camera.position = (volgrad_vec3){0, 0, -9};
+    s.scene.desc.camera.forward = (volgrad_vec3){0, 0, 1};
+    finish(&s);
+    CHECK(t, medium_at(&s, 0, 0, 0) == FOG && medium_at(&s, .1f, 0, 7) == VOLGRAD_NONE && medium_at(&s, 3, 0, 0) == VOLGRAD_NONE);
+    s.scene.desc.camera.near_clip = 9; /* a camera in vacuum whose near plane is in the fog */
+    s.scene.desc.camera.medium = FOG;
+    CHECK(t, medium_at(&s, 0, .1f, 0) == FOG && medium_at(&s, 1, 0, -9) == VOLGRAD_NONE);
+    end(&s);
+}
+
+static void check_light_medium(tally *t, const char *file, uint32_t light, uint32_t medium)
+{
+    scene s;
+    const char *problem = "";
+    CHECK(t, scene_load(file, &s));
+    embree_queries *queries = embree_queries_create(&s, 1, &problem);
+    CHECK(t, queries != NULL && s.desc.lights[light].medium == VOLGRAD_NONE);
+    light_media_find(&s, queries);
+    CHECK(t, s.desc.lights[light].medium == medium);
+    embree_queries_destroy(queries);
+    scene_free(&s);
+}
+
+static void test_lights_of_scenes(tally *t)
+{
+    check_light_medium(t, "scenes/caustic.xml", 0, 0);         /* a lamp in the fog, the camera outside */
+    check_light_medium(t, "scenes/room.xml", 0, VOLGRAD_NONE); /* a lamp outside, the camera in the smoke */
+}
+
+/* Lights of each kind on both sides of the surface of a ball of fog. */
+static void test_kinds_of_lights(tally *t)
+{
+    const volgrad_light lights[] = {
+        {.kind = VOLGRAD_LIGHT_POINT, .position = {0, 0, .9f}},
+        {.kind = VOLGRAD_LIGHT_SPOT, .position = {0, 0, 1.1f}},
+        {.kind = VOLGRAD_LIGHT_SPHERE, .position = {0, 0, 0}, .radius = .5f},
+        {.kind = VOLGRAD_LIGHT_SPHERE, .position = {0, 0, 3}, .radius = 1.9f},
+        {.kind = VOLGRAD_LIGHT_TRIANGLE, .position = {-.1f, .2f, .9f}, .edge_u = {.2f, 0, 0}, .edge_v = {0, .2f, 0}},
+        {.kind = VOLGRAD_LIGHT_PARALLELOGRAM, .position = {-1, 1, 1.01f}, .edge_u = {2, 0, 0}, .edge_v = {0, -2, 0}},
+        {.kind = VOLGRAD_LIGHT_DIRECTIONAL, .medium = VOLGRAD_NONE},
+        {.kind = VOLGRAD_LIGHT_ENVIRONMENT, .medium = VOLGRAD_NONE}};
+    const uint32_t media[] = {FOG, VOLGRAD_NONE, FOG, VOLGRAD_NONE, FOG, VOLGRAD_NONE, VOLGRAD_NONE, VOLGRAD_NONE};
+    volgrad_light found[sizeof lights / sizeof *lights];
+    memcpy(found, lights, sizeof lights);
+    test_scene s;
+    begin(&s);
+    add_sphere(&s, 1, VOLGRAD_NONE, FOG, ORIGIN, 1.0f);
+    s.scene.desc.camera.medium = VOLGRAD_NONE;
+    s.scene.desc.camera.position = (volgrad_vec3){.1f, .2f, -5};
+    s.scene.desc.lights = found;
+    s.scene.desc.light_count = sizeof lights / sizeof *lights;
+    finish(&s);
+    light_media_find(&s.scene, s.queries);
+    for (uint32_t i = 0; i < s.scene.desc.light_count; ++i) {
+        CHECK(t, found[i].medium == media[i]);
+    }
+    end(&s);
+}
+
+/* Lights whose own surface bounds the medium begin in what is in front of it, also when they look away from the camera. */
+static void test_surface_that_is_a_light(tally *t)
+{
+    test_scene s;
+    volgrad_light lamps[] = {
+        {.kind = VOLGRAD_LIGHT_PARALLELOGRAM, .position = {-1, -1, 2}, .edge_u = {2, 0, 0}, .edge_v = {0, 2, 0}},
+        {.kind = VOLGRAD_LIGHT_SPHERE, .position = {0, 0, -4}, .radius = 1}};
+    begin(&s);
+    add_sphere(&s, 0, FOG, SMOKE, lamps[1].position, lamps[1].radius);
+    shape *surface = add_rectangle(&s, 1.0f, 2.0f);
+    surface->medium_outside = SMOKE, surface->medium_inside = FOG;
+    s.scene.desc.camera.medium = FOG;
+    s.scene.desc.lights = lamps;
+    s.scene.desc.light_count = 2;
+    finish(&s);
+    light_media_find(&s.scene, s.queries);
+    CHECK(t, lamps[0].medium == SMOKE && lamps[1].medium == FOG);
+    end(&s);
+}
+
 /* ---- spheres ---- */
 
 static void test_null_sphere(tally *t)
@@ -632,6 +749,11 @@ int main(void)
     test_touching_cubes(&t);
     test_null_before_t_min(&t);
     test_overflow(&t);
+    test_medium_at(&t);
+    test_camera_outside(&t);
+    test_lights_of_scenes(&t);
+    test_kinds_of_lights(&t);
+    test_surface_that_is_a_light(&t);
     test_null_sphere(&t);
     test_glass_sphere(&t);
     test_random_rays(&t);

@@ -556,6 +556,30 @@ static void test_other_lights(void)
     }
 }
 
+static void test_bounds(void)
+{
+    scene s;
+    GOOD(SCENE(SHAPE("sphere", "<point name='center' x='1' y='2' z='3'/><float name='radius' value='2'/>") SHAPE(
+             "rectangle", MAP("<scale x='3' y='4'/><translate x='2' z='3'/>") "<bsdf type='null'/>")),
+         &s)
+    {
+        NEAR3(s.desc.bounds_centre, 2, 0, 3); /* the box: [-1, 5] [-4, 4] [1, 5] */
+        NEAR(s.desc.bounds_radius, 5 * 1.001); /* to the rectangle's corners; the sphere reaches sqrt(5) + 2 < 5 */
+        scene_free(&s);
+    }
+    GOOD(SCENE(SHAPE("sphere", "<point name='center' x='-7' y='0' z='0'/>") SHAPE("sphere", "")), &s)
+    {
+        NEAR3(s.desc.bounds_centre, -3.5, 0, 0);
+        NEAR(s.desc.bounds_radius, 4.5 * 1.001);
+        scene_free(&s);
+    }
+    GOOD(SCENE(""), &s)
+    {
+        CHECK(s.desc.bounds_radius == 0); /* no shapes */
+        scene_free(&s);
+    }
+}
+
 #define FLAT_FACES "<boolean name='face_normals' value='true'/>"
 
 static void test_meshes(void)
@@ -883,6 +907,7 @@ int main(int argc, char **argv)
     test_cube_lights();
     test_spot();
     test_environment_map();
+    test_bounds();
     test_other_lights();
     test_meshes();
     test_grids();

@@ -14,7 +14,7 @@ use volgrad::scene::{EnvironmentMap, Light, LightSample, running_sums, sums_leng
 const SCALE: Colour = Colour::new(2.0, 1.0, 0.5);
 
 /// An image, what it is sampled with, and how it is turned.
-struct Map {
+pub struct Map {
     texels: Vec<Rgb>,
     size: [usize; 2],
     sums: Vec<f64>,
@@ -22,7 +22,7 @@ struct Map {
 }
 
 impl Map {
-    fn new(size: [usize; 2], texel: impl FnMut(usize) -> Rgb) -> Self {
+    pub fn new(size: [usize; 2], texel: impl FnMut(usize) -> Rgb) -> Self {
         let [width, height] = size;
         let texels: Vec<Rgb> = (0..width * height).map(texel).collect();
         let mut sums = vec![0.0; sums_length(width, height)];
@@ -33,20 +33,20 @@ impl Map {
     }
 
     /// Values over four orders of magnitude, every third texel black.
-    fn random(size: [usize; 2], seed: u64) -> Self {
+    pub fn random(size: [usize; 2], seed: u64) -> Self {
         let mut rng = generator(seed);
         let mut value = || uniform(&mut rng, -4.0, 4.0).exp() as f32;
         Self::new(size, |i| if i % 3 == 1 { Rgb::default() } else { Rgb { r: value(), g: value(), b: value() } })
     }
 
     /// Nowhere black.
-    fn bright(size: [usize; 2], seed: u64) -> Self {
+    pub fn bright(size: [usize; 2], seed: u64) -> Self {
         let mut rng = generator(seed);
         let mut value = || uniform(&mut rng, 0.2, 2.0) as f32;
         Self::new(size, |_| Rgb { r: value(), g: value(), b: value() })
     }
 
-    fn light(&self) -> Light<'_> {
+    pub fn light(&self) -> Light<'_> {
         let [width, height] = self.size;
         let map = EnvironmentMap::new(&self.texels, width, height, self.to_world, SCALE, &self.sums);
         Light::EnvironmentMap(map.expect("the lengths fit"))

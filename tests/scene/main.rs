@@ -1,8 +1,11 @@
 //! What a path meets besides media: cameras, surfaces, lights. One file each, as in src/scene/.
 
+mod adjoint;
 mod bsdf;
 mod camera;
+mod emission;
 mod environment_map;
+mod inverse;
 mod light;
 mod rough;
 mod spot;

@@ -16,15 +16,15 @@ use volgrad::scene::{Bsdf, Conductor, Ggx, Reflector, RoughConductor, RoughDiele
 const ETA: Colour = Colour::new(0.22, 0.95, 1.2);
 const K: Colour = Colour::new(3.6, 2.6, 2.4);
 const TINT: Colour = Colour::new(0.9, 0.8, 0.7);
-const METAL: Conductor = Conductor { eta: ETA, k: K, reflectance: TINT };
+pub const METAL: Conductor = Conductor { eta: ETA, k: K, reflectance: TINT };
 /// Reflects all.
 const PERFECT: Conductor = Conductor { eta: Colour::ZERO, k: Colour::ONE, reflectance: Colour::ONE };
 
-fn metal(conductor: Conductor, alpha: f64) -> Bsdf {
+pub fn metal(conductor: Conductor, alpha: f64) -> Bsdf {
     Bsdf::RoughConductor(RoughConductor { conductor, ggx: Ggx { alpha } })
 }
 
-fn glass(eta: f64, alpha: f64) -> Bsdf {
+pub fn glass(eta: f64, alpha: f64) -> Bsdf {
     Bsdf::RoughDielectric(RoughDielectric { eta, ggx: Ggx { alpha } })
 }
 
@@ -103,7 +103,7 @@ fn roughness() -> impl Strategy<Value = f64> {
 }
 
 /// On both sides of 1.
-fn index() -> impl Strategy<Value = f64> {
+pub fn index() -> impl Strategy<Value = f64> {
     prop_oneof![1.1..2.5_f64, 0.4..0.9_f64]
 }
 
@@ -240,16 +240,16 @@ fn next_to_total_reflection(eta: f64, n: DVec3, c: DVec3, l: DVec3) -> bool {
 
 const STEPS: [usize; 2] = [600, 1200];
 /// Parts of the sphere about the normal: turns, heights.
-const PARTS: [usize; 2] = [8, 12];
+pub const PARTS: [usize; 2] = [8, 12];
 
-fn part(n: DVec3, v: DVec3) -> usize {
+pub fn part(n: DVec3, v: DVec3) -> usize {
     let (height, turn) = around_direction(n, v);
     let column = ((turn * PARTS[0] as f64) as usize).min(PARTS[0] - 1);
     column + PARTS[0] * (((0.5 * height + 0.5) * PARTS[1] as f64) as usize).min(PARTS[1] - 1)
 }
 
 /// ∫ of `value(l)` over the sphere, part by part, by the midpoint rule.
-fn integrals(n: DVec3, value: impl Fn(DVec3) -> f64) -> Vec<f64> {
+pub fn integrals(n: DVec3, value: impl Fn(DVec3) -> f64) -> Vec<f64> {
     let mut sums = vec![0.0; PARTS[0] * PARTS[1]];
     for row in 0..STEPS[1] {
         let height = -1.0 + 2.0 * (row as f64 + 0.5) / STEPS[1] as f64;

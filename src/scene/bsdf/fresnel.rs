@@ -37,6 +37,12 @@ impl Interface {
         0.5 * (s * s + p * p)
     }
 
+    /// The middle of the numbers that choose to reflect, those below the reflectance, or else to refract. None if none do.
+    pub fn lobe(&self, reflected: bool) -> Option<f64> {
+        let fresnel = self.fresnel();
+        if reflected { (fresnel > 0.0).then_some(0.5 * fresnel) } else { (fresnel < 1.0).then_some(0.5 * (1.0 + fresnel)) }
+    }
+
     /// ∂ reflectance/∂cos_i; 0 at total internal reflection.
     pub fn fresnel_derivative(&self) -> f64 {
         if self.sin2_t >= 1.0 {

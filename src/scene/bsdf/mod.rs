@@ -10,7 +10,7 @@ pub use rough::{RoughConductor, RoughDielectric};
 
 use fresnel::Interface;
 
-use crate::math::{Colour, DVec2, DVec3, orthonormal_basis, sqrt, uniform_disk};
+use crate::math::{Colour, DVec2, DVec3, hemisphere_number, orthonormal_basis, sqrt, uniform_disk};
 use core::f64::consts::PI;
 
 /// A surface's BSDF. Directions point away from the surface; `n` is its oriented geometric normal.
@@ -57,6 +57,9 @@ impl From<Reflector> for Bsdf {
     }
 }
 
+/// What an inverse says where any number will do.
+const ANY: f64 = 0.5;
+
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
@@ -65,7 +68,8 @@ pub struct BsdfSample {
     pub weight: Colour,
     /// Per steradian; None for a specular direction.
     pub pdf: Option<f64>,
-    /// Squared ratio of the indices of refraction passed, for Russian roulette on importance instead of radiance.
+    /// Squared ratio of the indices of refraction passed. `weight` times it is the weight for light travelling the other way, with
+    /// `to_camera` pointing to where that comes from: refraction scales radiance, but not importance. Russian roulette uses it too.
     pub eta_squared: f64,
 }
 
@@ -176,6 +180,25 @@ impl Bsdf {
             Self::RoughConductor(rough) => rough.sample(n, to_camera, u),
             Self::RoughDielectric(rough) => rough.sample(n, to_camera, u, lobe),
             Self::TwoSided(reflector) => Self::from(reflector).sample(self.facing(n, to_camera), to_camera, u, lobe),
+            _ => None,
+        }
+    }
+
+    /// The numbers, `u` and `lobe`, from which [`Bsdf::sample`] makes `direction`; [`ANY`] where any will do, and of a lobe's numbers the
+    /// middle. None if there are none. A smooth surface takes it on trust that the direction is one that it makes.
+    pub fn invert(&self, n: DVec3, to_camera: DVec3, direction: DVec3) -> Option<(DVec2, f64)> {
+        let (cosine, beyond) = (n.dot(to_camera), n.dot(direction));
+        let front = cosine > 0.0 && beyond > 0.0;
+        match *self {
+            Self::Diffuse { .. } if front => Some((hemisphere_number(n, direction), ANY)),
+            Self::Mirror { .. } | Self::Conductor(_) if front => Some((DVec2::splat(ANY), ANY)),
+            Self::Dielectric { eta } => {
+                let lobe = Interface::new(cosine, eta).lobe(cosine * beyond > 0.0)?;
+                Some((DVec2::splat(ANY), lobe))
+            }
+            Self::RoughConductor(rough) => rough.invert(n, to_camera, direction).map(|u| (u, ANY)),
+            Self::RoughDielectric(rough) => rough.invert(n, to_camera, direction),
+            Self::TwoSided(reflector) => Self::from(reflector).invert(self.facing(n, to_camera), to_camera, direction),
             _ => None,
         }
     }

@@ -43,6 +43,11 @@ impl RoughConductor {
         (pdf > 0.0).then_some(BsdfSample { direction, weight, pdf: Some(pdf), eta_squared: 1.0 })
     }
 
+    /// The number from which [`RoughConductor::sample`] makes `l`.
+    pub fn invert(&self, n: DVec3, c: DVec3, l: DVec3) -> Option<DVec2> {
+        front(n, c, l).then(|| self.ggx.invert_visible(n, c, (c + l).normalize()))
+    }
+
     pub fn log_gradient(&self, n: DVec3, c: DVec3, l: DVec3) -> LogGradients {
         if !front(n, c, l) {
             return NONE;
@@ -108,6 +113,15 @@ impl RoughDielectric {
         let pdf = RoughDielectric { eta, ..*self }.pdf(n, c, direction);
         let weight = Colour::splat(self.ggx.masking(n.dot(direction).abs()) / eta_squared);
         (pdf > 0.0).then_some(BsdfSample { direction, weight, pdf: Some(pdf), eta_squared })
+    }
+
+    /// The numbers, direction and lobe, from which [`RoughDielectric::sample`] makes `l`.
+    pub fn invert(&self, n: DVec3, c: DVec3, l: DVec3) -> Option<(DVec2, f64)> {
+        let (n, eta) = self.side(n, c);
+        let (h, reflected) = if front(n, c, l) { (c + l, true) } else { (Pass::new(n, c, l, eta)?.h, false) };
+        let m = if n.dot(h) > 0.0 { h.normalize() } else { -h.normalize() };
+        let lobe = Interface::facing(c.dot(m), eta).lobe(reflected)?;
+        Some((self.ggx.invert_visible(n, c, m), lobe))
     }
 
     pub fn log_gradient(&self, n: DVec3, c: DVec3, l: DVec3) -> LogGradients {

@@ -24,8 +24,12 @@ pub fn accumulate(weights: &mut [f64]) {
 
 /// Probability of element `i`.
 pub fn probability(sums: &[f64], i: usize) -> f64 {
-    let before = i.checked_sub(1).and_then(|before| sums.get(before)).copied().unwrap_or(0.0);
-    sums.get(i).map_or(0.0, |sum| sum - before)
+    sums.get(i).map_or(0.0, |sum| sum - start(sums, i))
+}
+
+/// Where the numbers that pick element `i` begin.
+fn start(sums: &[f64], i: usize) -> f64 {
+    i.checked_sub(1).and_then(|before| sums.get(before)).copied().unwrap_or(0.0)
 }
 
 /// The element that the number `u` picks, and where within its share of the numbers u is. None if no element has any.
@@ -34,4 +38,12 @@ pub fn pick(sums: &[f64], u: f64) -> Option<(usize, f64)> {
     let end = sums.get(i)?;
     let share = probability(sums, i);
     Some((i, 1.0 - (end - u) / share))
+}
+
+/// The inverse of [`pick`]: the number that picks element `i` and leaves `rest`, in [0, 1]. None if it is never picked.
+pub fn number(sums: &[f64], i: usize, rest: f64) -> Option<f64> {
+    let (end, share) = (*sums.get(i)?, probability(sums, i));
+    // Neither rounding nor a rest of 1 may lead to a neighbour.
+    let u = (end - (1.0 - rest) * share).max(start(sums, i)).min(end.next_down());
+    (share > 0.0).then_some(u)
 }

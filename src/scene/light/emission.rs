@@ -29,7 +29,9 @@ impl Light<'_> {
         match (self, normal) {
             (_, Some(n)) => n.dot(direction).max(0.0) * (1.0 / PI),
             (Self::Point { .. }, None) => 1.0 / (4.0 * PI),
-            (Self::Spot { axis, falloff, .. }, None) if axis.dot(direction) >= falloff.cos_outer() => {
+            (Self::Spot { axis, falloff, .. }, None)
+                if falloff.cos_outer() < 1.0 && axis.dot(direction) >= falloff.cos_outer() =>
+            {
                 1.0 / (2.0 * PI * (1.0 - falloff.cos_outer()))
             }
             _ => 0.0,

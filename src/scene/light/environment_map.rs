@@ -5,7 +5,7 @@
 //! Source: Mitsuba 3, `envmap`. Differs from it in the density, which is constant per cell in solid angle instead of on the image, so
 //! that it stays finite at the poles.
 
-use super::distribution::{accumulate, pick, probability};
+use super::distribution::{accumulate, number, pick, probability};
 use crate::math::{Colour, DMat3, DVec2, DVec3, Rgb, atan2, cos, floor, luminance, sin, sqrt};
 use core::f64::consts::PI;
 
@@ -107,6 +107,16 @@ impl<'a> EnvironmentMap<'a> {
         let longitude = 2.0 * PI * (i as f64 + 0.5 + along) / self.width as f64;
         let v = DVec3::new(across * sin(longitude), height, -across * cos(longitude));
         Some((self.to_world * v, self.density(i, j)))
+    }
+
+    /// The numbers from which [`EnvironmentMap::sample`] makes a direction; None if it never does.
+    pub fn invert(&self, to_sky: DVec3) -> Option<DVec2> {
+        let v = self.to_world.transpose() * to_sky;
+        let Place { i, j, within } = self.place(v);
+        let [top, bottom] = self.heights(j);
+        let down = (top - v.y) / (top - bottom);
+        let x = number(self.columns_of(j), i, within.x.clamp(0.0, 1.0))?;
+        Some(DVec2::new(x, number(self.rows, j, down.clamp(0.0, 1.0))?))
     }
 
     /// Density of [`EnvironmentMap::sample`].

@@ -5,6 +5,7 @@
 mod distribution;
 mod emission;
 mod environment_map;
+mod invert;
 mod spot;
 
 pub use distribution::{accumulate, leave_constant_sky_to_chance};
@@ -13,7 +14,7 @@ pub use spot::Falloff;
 
 use crate::math::{Colour, DVec2, DVec3, direction_around, sqrt};
 use core::f64::consts::PI;
-use distribution::{pick, probability};
+use distribution::{number, pick, probability};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light<'a> {
@@ -188,5 +189,10 @@ impl<'a> Lights<'a> {
     pub fn pick(&self, u: f64) -> Option<(u32, &'a Light<'a>, f64)> {
         let (i, rest) = pick(self.cdf, u)?;
         self.lights.get(i).map(|light| (i as u32, light, rest))
+    }
+
+    /// The number from which [`Lights::pick`] picks a light and leaves `rest`; None if it never picks it.
+    pub fn number(&self, index: u32, rest: f64) -> Option<f64> {
+        number(self.cdf, index as usize, rest)
     }
 }
