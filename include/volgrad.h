@@ -26,8 +26,14 @@
 // Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 #define VOLGRAD_MAX_SEGMENTS 16
 
-// Most specular surfaces in a row.
-#define MAX_CHAIN 8
+// Most edges of a path of the bidirectional sampler and of chains.
+#define VOLGRAD_MAX_LENGTH 64
+
+// Weights p/sum p of the techniques that could have made a path [VG95].
+#define VOLGRAD_HEURISTIC_BALANCE 0
+
+// p^2/sum p^2.
+#define VOLGRAD_HEURISTIC_POWER 1
 
 // No batch: every path stays as it is.
 #define VOLGRAD_SHIFT_NONE 0
@@ -203,14 +209,221 @@ typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+// A straight edge to a vertex.
+typedef struct Edge Edge;
+
+// Lengths of paths, in edges: from `first` to `last`, both included.
+typedef struct Lengths Lengths;
+
 // A shifted copy of the path.
 typedef struct Member Member;
+
+// A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
+typedef struct volgrad_chain volgrad_chain;
 
 // A film. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_film_size` bytes.
 typedef struct volgrad_film volgrad_film;
 
 // A scene without its geometry. Lives in memory of the caller; must not be moved.
 typedef struct volgrad_scene volgrad_scene;
+
+// Settings of the bidirectional sampler.
+typedef struct volgrad_bidirectional_options {
+  // `sizeof(volgrad_bidirectional_options)` of the caller.
+  uint32_t struct_size;
+  // Most edges of a path, 2 ... VOLGRAD_MAX_LENGTH.
+  uint32_t max_length;
+  // Vertices of a subpath before Russian roulette begins.
+  uint32_t rr_depth;
+  // `VOLGRAD_HEURISTIC_*`.
+  uint32_t heuristic;
+  uint64_t seed;
+} volgrad_bidirectional_options;
+
+// A vector as the host sees it.
+typedef struct volgrad_vec3 {
+  float x;
+  float y;
+  float z;
+} volgrad_vec3;
+
+// A ray whose surfaces and media the host is asked for.
+typedef struct volgrad_ray {
+  struct volgrad_vec3 origin;
+  // Unit direction.
+  struct volgrad_vec3 direction;
+  // Surfaces nearer than this are the one the ray starts from, and no hit (media still change from the origin on). World units.
+  float t_min;
+  // Surfaces at or beyond this are no hit; may be INFINITY. World units.
+  float t_max;
+  // Medium at the origin, or `VOLGRAD_NONE`.
+  uint32_t medium;
+} volgrad_ray;
+
+// One stretch of a ray or edge inside one medium.
+typedef struct volgrad_segment {
+  // Where it ends: distance from the ray's origin or the edge's first vertex, world units; not decreasing along the list.
+  // The last segment of an edge to infinity ends at INFINITY; that of a finite edge may end anywhere at or past the edge's end.
+  float end;
+  // The medium, or `VOLGRAD_NONE`.
+  uint32_t medium;
+  // Unit normal of the surface that ends it, either orientation. Unused for the last segment.
+  struct volgrad_vec3 normal;
+} volgrad_segment;
+
+// The host's answer to a ray.
+typedef struct volgrad_hit {
+  // `VOLGRAD_HIT_*`.
+  uint32_t kind;
+  // Index of the surface's material. An area light's surface has one too (a black diffuse one, usually).
+  uint32_t material;
+  // Index of the area light that this surface is, or `VOLGRAD_NONE`.
+  uint32_t light;
+  // Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
+  // Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
+  uint32_t segment_count;
+  // Distance to the surface, world units.
+  float t;
+  // Geometric unit normal, as the surface is oriented (not flipped towards the ray).
+  struct volgrad_vec3 normal;
+  // Shading normal; this version reads the geometric one only. Set both alike.
+  struct volgrad_vec3 shading_normal;
+  // Medium on the side of the surface that the normal points to, and on the other; both `VOLGRAD_KEEP_MEDIUM` when the surface
+  // bounds none: a ray that goes on through it stays in the medium that it is in.
+  uint32_t medium_outside;
+  uint32_t medium_inside;
+  struct volgrad_segment segments[VOLGRAD_MAX_SEGMENTS];
+} volgrad_hit;
+
+// Answers `count` rays; `hits` come uninitialised. Returns 0, or another value to stop the running call, which then returns
+// `VOLGRAD_ERROR_CALLBACK`. Must not throw or longjmp. Called on the thread that called volgrad.
+typedef int32_t (*volgrad_query_fn)(void *user, const struct volgrad_ray *rays, struct volgrad_hit *hits, uint32_t count);
+
+// How volgrad asks the host about its geometry. Index-matched (null) surfaces are never hits: they end segments.
+typedef struct volgrad_queries {
+  // `sizeof(volgrad_queries)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Passed back as the callbacks' first argument.
+  void *user;
+  // The nearest surface in [t_min, t_max), and the media up to it (or up to t_max).
+  volgrad_query_fn intersect;
+  // Whether any surface is in [t_min, t_max), and if none, the media up to t_max.
+  volgrad_query_fn occluded;
+} volgrad_queries;
+
+// Counts of what was done; each call adds to them.
+typedef struct volgrad_path_sampler_stats {
+  // `sizeof(volgrad_path_sampler_stats)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  uint64_t paths;
+  // Rays of `intersect` and of `occluded`. A tile that is cut by the end of a range of pixels has its camera rays traced for each part.
+  uint64_t rays;
+  uint64_t occlusion_rays;
+  // Paths that got a batch.
+  uint64_t shifted_paths;
+  // Offsets tried; one that changes several contributions of a path differently counts once for each.
+  uint64_t shifts;
+  // Those that light does not reach, or that stayed for another reason.
+  uint64_t stays;
+  // Rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`; all that they would have carried is missing.
+  uint64_t overflows;
+} volgrad_path_sampler_stats;
+
+// How a batch of shifted paths is made.
+typedef struct volgrad_shift_options {
+  // `sizeof(volgrad_shift_options)` of the caller.
+  uint32_t struct_size;
+  // `VOLGRAD_SHIFT_*`.
+  uint32_t mode;
+  // `VOLGRAD_KERNEL_*`.
+  uint32_t kernel;
+  // `VOLGRAD_RADIUS_*`.
+  uint32_t radius_unit;
+  // > 0. Exchangeable makes two steps of this radius: to the common centre, and from there.
+  float radius;
+  // Offsets per path, 1 ... VOLGRAD_MAX_SHIFTS.
+  uint32_t count;
+  // Most medium vertices that move together, from the first on: 1 ... VOLGRAD_MAX_RUN.
+  uint32_t run;
+  // TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
+  uint32_t exact_count;
+  // The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
+  float alpha;
+  // FIRST_ORDER, HALF_ORDER: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
+  float clamp;
+} volgrad_shift_options;
+
+// Settings of Metropolis light transport. All calls for one image take the same.
+typedef struct volgrad_chain_options {
+  // `sizeof(volgrad_chain_options)` of the caller.
+  uint32_t struct_size;
+  // The edges of the paths that chains render: 2 <= min_length <= max_length <= VOLGRAD_MAX_LENGTH. Others are the path sampler's: give it
+  // the same two as `left_out_first` and `left_out_last`.
+  uint32_t min_length;
+  uint32_t max_length;
+  // Mutations of each chain before the first that counts, in which the size of its small steps adapts.
+  uint32_t burn_in;
+  // Probability of a mutation that makes a new, independent path; > 0 and <= 1.
+  float large_step;
+  // Every how many mutations a batch of shifted paths is made, which then counts as many times; >= 1. Unused without shifts.
+  uint32_t shift_every;
+  uint64_t seed;
+  // Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
+  struct volgrad_shift_options shift;
+} volgrad_chain_options;
+
+// Where a chain begins, as `volgrad_chain_plan` finds it.
+typedef struct volgrad_chain_start {
+  // Number of the bootstrap sample, and the edges of its path.
+  uint64_t sample;
+  uint32_t length;
+  // Number of the chain.
+  uint32_t index;
+  // Chains in all over those of this length: what a splat counts for.
+  double share;
+  // Chains in all.
+  uint32_t chains;
+  uint32_t reserved;
+  // Brightness of this length.
+  double brightness;
+} volgrad_chain_start;
+
+// What the bootstrap says about the image.
+typedef struct volgrad_chain_plan_result {
+  // `sizeof(volgrad_chain_plan_result)` of the caller.
+  uint32_t struct_size;
+  // Chains planned; 0 if all samples are dark.
+  uint32_t chain_count;
+  // Mean luminance over the sampled pixels of what chains render, and its standard error over it.
+  double brightness;
+  double relative_error;
+} volgrad_chain_plan_result;
+
+// Counts of what chains did; each call adds to them.
+typedef struct volgrad_chain_stats {
+  // `sizeof(volgrad_chain_stats)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Mutations by kind, those accepted, those to a path that carries nothing, and those before the first that counts.
+  uint64_t large_steps;
+  uint64_t large_accepted;
+  uint64_t small_steps;
+  uint64_t small_accepted;
+  uint64_t dark;
+  uint64_t burn_in;
+  // Paths whose value was not finite, which were left out.
+  uint64_t dropped;
+  // Rays of `intersect` and of `occluded`; rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`.
+  uint64_t rays;
+  uint64_t occlusion_rays;
+  uint64_t overflows;
+  // Batches, offsets tried, and those that stayed, as in `volgrad_path_sampler_stats`.
+  uint64_t shifted_paths;
+  uint64_t shifts;
+  uint64_t stays;
+} volgrad_chain_stats;
 
 // A linear RGB colour (Rec. 709 primaries, no gamma) as the host sees it.
 typedef struct volgrad_rgb {
@@ -247,24 +460,6 @@ typedef struct volgrad_exr_attribute {
   const char *text;
   double number;
 } volgrad_exr_attribute;
-
-// A vector as the host sees it.
-typedef struct volgrad_vec3 {
-  float x;
-  float y;
-  float z;
-} volgrad_vec3;
-
-// One stretch of a ray or edge inside one medium.
-typedef struct volgrad_segment {
-  // Where it ends: distance from the ray's origin or the edge's first vertex, world units; not decreasing along the list.
-  // The last segment of an edge to infinity ends at INFINITY; that of a finite edge may end anywhere at or past the edge's end.
-  float end;
-  // The medium, or `VOLGRAD_NONE`.
-  uint32_t medium;
-  // Unit normal of the surface that ends it, either orientation. Unused for the last segment.
-  struct volgrad_vec3 normal;
-} volgrad_segment;
 
 // A straight line from `origin` along the unit `direction` and the media on it.
 typedef struct volgrad_line {
@@ -423,30 +618,6 @@ typedef struct volgrad_derivative {
   struct volgrad_rgb profile_next;
 } volgrad_derivative;
 
-// How a batch of shifted paths is made.
-typedef struct volgrad_shift_options {
-  // `sizeof(volgrad_shift_options)` of the caller.
-  uint32_t struct_size;
-  // `VOLGRAD_SHIFT_*`.
-  uint32_t mode;
-  // `VOLGRAD_KERNEL_*`.
-  uint32_t kernel;
-  // `VOLGRAD_RADIUS_*`.
-  uint32_t radius_unit;
-  // > 0. Exchangeable makes two steps of this radius: to the common centre, and from there.
-  float radius;
-  // Offsets per path, 1 ... VOLGRAD_MAX_SHIFTS.
-  uint32_t count;
-  // Most medium vertices that move together, from the first on: 1 ... VOLGRAD_MAX_RUN.
-  uint32_t run;
-  // TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
-  uint32_t exact_count;
-  // The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
-  float alpha;
-  // FIRST_ORDER, HALF_ORDER: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
-  float clamp;
-} volgrad_shift_options;
-
 // Settings of the path sampler.
 typedef struct volgrad_path_sampler_options {
   // `sizeof(volgrad_path_sampler_options)` of the caller.
@@ -459,80 +630,10 @@ typedef struct volgrad_path_sampler_options {
   uint64_t seed;
   // Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
   struct volgrad_shift_options shift;
+  // Paths of left_out_first ... left_out_last edges are left out, because another sampler renders them; none if the first is 0.
+  uint32_t left_out_first;
+  uint32_t left_out_last;
 } volgrad_path_sampler_options;
-
-// A ray whose surfaces and media the host is asked for.
-typedef struct volgrad_ray {
-  struct volgrad_vec3 origin;
-  // Unit direction.
-  struct volgrad_vec3 direction;
-  // Surfaces nearer than this are the one the ray starts from, and no hit (media still change from the origin on). World units.
-  float t_min;
-  // Surfaces at or beyond this are no hit; may be INFINITY. World units.
-  float t_max;
-  // Medium at the origin, or `VOLGRAD_NONE`.
-  uint32_t medium;
-} volgrad_ray;
-
-// The host's answer to a ray.
-typedef struct volgrad_hit {
-  // `VOLGRAD_HIT_*`.
-  uint32_t kind;
-  // Index of the surface's material. An area light's surface has one too (a black diffuse one, usually).
-  uint32_t material;
-  // Index of the area light that this surface is, or `VOLGRAD_NONE`.
-  uint32_t light;
-  // Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
-  // Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
-  uint32_t segment_count;
-  // Distance to the surface, world units.
-  float t;
-  // Geometric unit normal, as the surface is oriented (not flipped towards the ray).
-  struct volgrad_vec3 normal;
-  // Shading normal; this version reads the geometric one only. Set both alike.
-  struct volgrad_vec3 shading_normal;
-  // Medium on the side of the surface that the normal points to, and on the other; both `VOLGRAD_KEEP_MEDIUM` when the surface
-  // bounds none: a ray that goes on through it stays in the medium that it is in.
-  uint32_t medium_outside;
-  uint32_t medium_inside;
-  struct volgrad_segment segments[VOLGRAD_MAX_SEGMENTS];
-} volgrad_hit;
-
-// Answers `count` rays; `hits` come uninitialised. Returns 0, or another value to stop the running call, which then returns
-// `VOLGRAD_ERROR_CALLBACK`. Must not throw or longjmp. Called on the thread that called volgrad.
-typedef int32_t (*volgrad_query_fn)(void *user, const struct volgrad_ray *rays, struct volgrad_hit *hits, uint32_t count);
-
-// How volgrad asks the host about its geometry. Index-matched (null) surfaces are never hits: they end segments.
-typedef struct volgrad_queries {
-  // `sizeof(volgrad_queries)` of the caller.
-  uint32_t struct_size;
-  uint32_t reserved;
-  // Passed back as the callbacks' first argument.
-  void *user;
-  // The nearest surface in [t_min, t_max), and the media up to it (or up to t_max).
-  volgrad_query_fn intersect;
-  // Whether any surface is in [t_min, t_max), and if none, the media up to t_max.
-  volgrad_query_fn occluded;
-} volgrad_queries;
-
-// Counts of what was done; each call adds to them.
-typedef struct volgrad_path_sampler_stats {
-  // `sizeof(volgrad_path_sampler_stats)` of the caller.
-  uint32_t struct_size;
-  uint32_t reserved;
-  uint64_t paths;
-  // Rays of `intersect` and of `occluded`. A tile that is cut by the end of a range of pixels has its camera rays traced for each part.
-  uint64_t rays;
-  uint64_t occlusion_rays;
-  // Paths that got a batch.
-  uint64_t shifted_paths;
-  // Offsets tried; one that changes several contributions of a path differently counts once for each.
-  uint64_t shifts;
-  // Those that light does not reach, or that stayed for another reason.
-  uint64_t stays;
-  // Rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`; all that they would have carried is missing.
-  uint64_t overflows;
-} volgrad_path_sampler_stats;
 
 // A camera. The image's x axis is `right`, its first row is at the top (`+up`). The three axes are orthonormal.
 typedef struct volgrad_camera {
@@ -717,6 +818,13 @@ typedef struct volgrad_transmittance_estimate {
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
 
+// A linear RGB colour, inside the library.
+typedef DVec3 Colour;
+
+
+
+
+
 
 
 
@@ -726,6 +834,87 @@ typedef struct volgrad_transmittance_estimate {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+// Fills options with their defaults: VOLGRAD_MAX_LENGTH, roulette from vertex 5 on. `struct_size`: `sizeof *options` of the caller.
+volgrad_status volgrad_bidirectional_options_default(struct volgrad_bidirectional_options *options, uintptr_t struct_size);
+
+// As `volgrad_path_sampler_run`, but each sample is a subpath from the camera, one from a light, and all their connections that make a path
+// of 2 ... max_length edges; directly visible lights and longer paths are the path sampler's (see `left_out_first` there). Pixels are
+// numbered row by row. Paths through specular surfaces to directional, point and spot lights, which no path sampler finds, are found here.
+//
+// A path is weighted by the true densities of all techniques that could have made it, free flight and phase functions included.
+// Subpaths start from lights at infinity only if the scene's bounds are known.
+volgrad_status volgrad_bidirectional_run(const struct volgrad_scene *scene,
+                                         const struct volgrad_queries *queries,
+                                         const struct volgrad_bidirectional_options *options,
+                                         uint64_t pass,
+                                         uint32_t first_pixel,
+                                         uint32_t pixel_count,
+                                         struct volgrad_film *film,
+                                         struct volgrad_path_sampler_stats *stats);
+
+// Fills options with their defaults: paths of 2 to 32 edges, no shifts. `struct_size`: `sizeof *options` of the caller.
+volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
+
+// Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
+// the image is, and where chains may begin. All path lengths take turns, so the array for all samples starts with number 0 and has no gaps;
+// threads fill parts of it.
+volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
+                                       const struct volgrad_queries *queries,
+                                       const struct volgrad_chain_options *options,
+                                       uint64_t first,
+                                       uint32_t count,
+                                       float *weights);
+
+// Shares about `wanted` chains out among the path lengths, in proportion to their brightness, and picks a bootstrap sample for each to begin
+// with: `weights` are those of all samples, from number 0 on. Writes result->chain_count starts, VOLGRAD_MAX_LENGTH more than wanted at most;
+// with `starts` NULL only the result.
+//
+// The expected image is right whatever the number of samples; brightness is known to result->relative_error, so it differs that much between
+// seeds. More samples make it less.
+volgrad_status volgrad_chain_plan(const struct volgrad_chain_options *options,
+                                  const float *weights,
+                                  uintptr_t count,
+                                  uint32_t wanted,
+                                  struct volgrad_chain_start *starts,
+                                  uint32_t capacity,
+                                  struct volgrad_chain_plan_result *result);
+
+// Memory that a chain with these options needs: less than 3 KiB, 1 KiB for paths of up to 16 edges.
+volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, uintptr_t *bytes);
+
+// Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. There is
+// nothing else to free. `stats` may be NULL.
+volgrad_status volgrad_chain_init(void *memory,
+                                  uintptr_t bytes,
+                                  const struct volgrad_scene *scene,
+                                  const struct volgrad_queries *queries,
+                                  const struct volgrad_chain_options *options,
+                                  const struct volgrad_chain_start *start,
+                                  struct volgrad_chain_stats *stats,
+                                  struct volgrad_chain **chain);
+
+// Makes `mutations` mutations, and adds what they splat to `film`, which has the camera's size. What is due at the path where the chain is
+// now is kept: `volgrad_chain_flush`.
+//
+// The image of all chains is `volgrad_film_develop` with scale pixels/(chains * mutations of each), pixels being those of the
+// camera's crop; all chains of a plan have made as many mutations then. What a chain adds depends on (scene, options, start) only, so threads
+// share chains among them in any way, each with a film of its own. `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or
+// `VOLGRAD_ERROR_INVALID_HIT` the chain is where it was after the last whole mutation, and stats->large_steps + small_steps says how many there
+// were: the next call goes on from there.
+volgrad_status volgrad_chain_run(struct volgrad_chain *chain,
+                                 const struct volgrad_scene *scene,
+                                 const struct volgrad_queries *queries,
+                                 uint64_t mutations,
+                                 struct volgrad_film *film,
+                                 struct volgrad_chain_stats *stats);
+
+// Adds to `film` what is due at the path where the chain is now, and leaves the chain as it is: a last call for each chain before the final
+// image, or into a copy of the film for one on the way.
+volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
+                                   const struct volgrad_scene *scene,
+                                   const struct volgrad_queries *queries,
+                                   struct volgrad_film *film);
 
 // Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
 volgrad_status volgrad_film_size(uint32_t width, uint32_t height, uintptr_t *bytes);
