@@ -209,12 +209,6 @@ typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// A straight edge to a vertex.
-typedef struct Edge Edge;
-
-// Lengths of paths, in edges: from `first` to `last`, both included.
-typedef struct Lengths Lengths;
-
 // A shifted copy of the path.
 typedef struct Member Member;
 
@@ -817,9 +811,6 @@ typedef struct volgrad_transmittance_estimate {
   // Points at which a density was computed.
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
-
-// A linear RGB colour, inside the library.
-typedef DVec3 Colour;
 
 
 
