@@ -559,7 +559,7 @@ MUTANTS = [
         "src/sampler/bidirectional/subpath.rs",
         "self.throughput *= weight / survival;",
         "self.throughput *= weight;",
-        "bidirectional a_furnace_under_a_white_sky",
+        "bidirectional a_furnace_of_glowing_walls",
     ),
     Mutant(
         "bidirectional: at glass, probabilities in solid angle",

@@ -10,8 +10,10 @@ use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Options, Sample,
 
 const LONGEST: u32 = 5;
 
-/// Rays and segments are in single precision; a path of five edges has some ten such factors, and 1/cos of some.
+/// Rays and segments are in single precision; a path of five edges has some ten such factors, and 1/cos of some, which weights have on both
+/// sides.
 const ROUNDING: f64 = 1e-4;
+const ROUNDING_OF_WEIGHTS: f64 = 1e-5;
 
 /// Tells all connections of some samples, without roulette: that is in values, but in no density.
 fn each(world: &World, heuristic: Heuristic, passes: u64, mut tell: impl FnMut(&Sample)) {
@@ -77,7 +79,7 @@ fn check_all(worlds: Vec<(&str, World)>) -> Seen {
                 "{name}, {heuristic:?}: {} connections, values {:.1e}, weights {:.1e}",
                 seen.count, seen.value, seen.weight
             );
-            assert!(seen.value < ROUNDING && seen.weight < ROUNDING && seen.count > 500, "{name}, {heuristic:?}");
+            assert!(seen.value < ROUNDING && seen.weight < ROUNDING_OF_WEIGHTS && seen.count > 500, "{name}, {heuristic:?}");
             all.techniques.extend(seen.techniques);
             all.chains.extend(seen.chains);
         }

@@ -113,24 +113,23 @@ pub fn materials() -> Vec<(&'static str, World)> {
 
 /// Light that gets out of glass, and into it: the squared index of refraction counts once each way.
 pub fn glass() -> Vec<(&'static str, World)> {
-    let ball = |radius| Shape::Sphere { centre: DVec3::new(0.1, 0.0, 0.0), radius };
     let smooth = Bsdf::Dielectric { eta: 1.5 };
     let rough = Bsdf::RoughDielectric(RoughDielectric { eta: 1.5, ggx: Ggx { alpha: 0.3 } });
-    let pane = |bsdf| rectangle_lid(room(pinhole(), fog()), bsdf);
-    let mut worlds = vec![];
-    for (name, bsdf) in [("smooth", smooth), ("rough", rough)] {
-        let ball_world = lamp(room(pinhole(), fog()).surface(ball(0.7), bsdf));
-        let inside = room(pinhole(), fog()).surface(ball(0.7), bsdf).shining(ball(0.3), Colour::splat(4.0));
-        // The camera under a surface of water, so to say: another index of refraction than the lamp's.
-        let under = lamp(pane(bsdf));
-        worlds.extend([(name, ball_world), (name, inside), (name, under)]);
-    }
-    worlds
+    let sphere = |radius| Shape::Sphere { centre: DVec3::new(0.1, 0.0, 0.0), radius };
+    let ball = |bsdf| room(pinhole(), fog()).surface(sphere(0.7), bsdf);
+    vec![
+        ("ball", lamp(ball(smooth))),
+        ("lamp in a ball", ball(smooth).shining(sphere(0.3), Colour::splat(4.0))),
+        ("under a sheet", under_a_sheet(smooth)),
+        ("rough ball", lamp(ball(rough))),
+        ("lamp in a rough ball", ball(rough).shining(sphere(0.3), Colour::splat(4.0))),
+        ("under a rough sheet", under_a_sheet(rough)),
+    ]
 }
 
-/// A sheet between the lamp and everything else.
-fn rectangle_lid(world: World, bsdf: Bsdf) -> World {
-    world.surface(rectangle([-2.2, 1.3, -1.8], [0.0, 0.0, 3.6], [4.4, 0.0, 0.0]), bsdf)
+/// Between the lamp and everything else: the camera is where the index of refraction is another one, so to say under water.
+fn under_a_sheet(bsdf: Bsdf) -> World {
+    lamp(room(pinhole(), fog()).surface(rectangle([-2.2, 1.3, -1.8], [0.0, 0.0, 3.6], [4.4, 0.0, 0.0]), bsdf))
 }
 
 /// A density that waves, as a host's function.
