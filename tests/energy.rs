@@ -64,7 +64,7 @@ fn furnace_with_walls() {
         .surface(rectangle([-0.8, -0.8, 0.5001], across, up), white)
         .surface(rectangle([0.3, -0.6, -0.6], [0.0, 1.2, 0.2], [0.6, 0.0, 0.0]), mirror)
         .surface(rectangle([0.3, -0.6, -0.5999], [0.6, 0.0, 0.0], [0.0, 1.2, 0.2]), mirror);
-    assert_furnace("walls", &world, 1024, None);
+    assert_furnace("walls", &world, 1536, None);
 }
 
 #[test]
