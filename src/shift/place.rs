@@ -1,9 +1,9 @@
 //! Where the members of a batch are.
 
-use super::kernel::{Kernel, MAX_SHIFTS, Mode, Options};
+use super::kernel::{Kernel, MAX_SHIFTS, Mode, Options, in_unit_ball};
 use super::run::{Place, Progress, Shiftable, volume_to_image};
 use super::tile::{Tile, Tiling, collision_probability};
-use crate::math::{DVec2, DVec3, absorptance, mean};
+use crate::math::{DVec2, DVec3, DVec4, absorptance, mean};
 use crate::medium::{Flight, collision_pdf, sample_distance};
 use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
 
@@ -75,50 +75,121 @@ impl Members {
     }
 }
 
-/// A copy of the path in space: its first vertex, and the pixel where that is seen. None: not on the sampled image.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Spot {
-    pub y: DVec3,
-    pub pixel: Option<DVec2>,
+/// Copies of the path in space, each at an offset from its first vertex. Axis by axis, so that a processor weighs several at once.
+pub(super) struct Spots {
+    /// All members other than the path itself, also those that are not here: off the sampled image, or left out since.
+    pub members: usize,
+    count: usize,
+    offsets: [[f64; ROOM]; 3],
+    pixels: [DVec2; ROOM],
 }
 
-/// Room for those of a batch. (What is done to them is done to all, step by step: the steps for one wait for each other, those for several
-/// do not.)
-pub(super) struct Spots([Spot; MAX_SHIFTS]);
+/// Spots that are weighed together.
+pub(super) const LANES: usize = 4;
+const ROOM: usize = MAX_SHIFTS.next_multiple_of(LANES);
 
 impl Default for Spots {
     fn default() -> Self {
-        Self([Spot::default(); MAX_SHIFTS])
+        Self { members: 0, count: 0, offsets: [[0.0; ROOM]; 3], pixels: [DVec2::ZERO; ROOM] }
     }
 }
 
-/// Moves the path's first vertex in space, for each member other than the path itself.
-pub(super) fn spots<'s>(
+impl Spots {
+    /// Makes those of a batch.
+    pub fn fill(&mut self, camera: &Camera, options: &Options, path: &Shiftable, draw: &mut Draw<impl FnMut() -> f64>) {
+        (self.members, self.count) = (0, 0);
+        spots(camera, options, path, draw, |offset, pixel| {
+            self.members += 1;
+            if let Some(pixel) = pixel {
+                self.push(offset, pixel);
+            }
+        });
+    }
+
+    fn push(&mut self, offset: DVec3, pixel: DVec2) {
+        let i = self.count;
+        self.pixels[i] = pixel;
+        for (axis, coordinate) in self.offsets.iter_mut().zip(offset.to_array()) {
+            axis[i] = coordinate;
+        }
+        self.count = i + 1;
+    }
+
+    /// Leaves out those whose offset is not to be kept.
+    pub fn retain(&mut self, keep: impl Fn(DVec3) -> bool) {
+        let all = core::mem::take(&mut self.count);
+        for i in 0..all {
+            let offset = DVec3::from_array(self.offsets.each_ref().map(|axis| axis[i]));
+            if keep(offset) {
+                self.push(offset, self.pixels[i]);
+            }
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// How far they are away along each axis at most.
+    pub fn reach(&self) -> DVec3 {
+        let mut reach = [DVec4::ZERO; 3];
+        for (offsets, _) in self.blocks() {
+            reach = core::array::from_fn(|axis| reach[axis].max(offsets[axis].abs()));
+        }
+        DVec3::from_array(reach.map(DVec4::max_element))
+    }
+
+    /// Pixels of up to [`LANES`] of them, and their offsets, axis by axis. (What is in lanes without a pixel has no meaning.)
+    pub fn blocks(&self) -> impl Iterator<Item = ([DVec4; 3], &[DVec2])> {
+        let [x, y, z] = self.offsets.each_ref().map(|axis| axis.as_chunks::<LANES>().0);
+        let offsets = x.iter().zip(y).zip(z).map(|((x, y), z)| [*x, *y, *z].map(DVec4::from_array));
+        offsets.zip(self.pixels.get(..self.count).unwrap_or(&[]).chunks(LANES))
+    }
+}
+
+/// Calls `member` with the steps on the image, in pixels, to the members other than the path itself. `side` is that of a pixel, in world
+/// units, where the first vertex is.
+fn steps(
+    camera: &Camera,
+    options: &Options,
+    own: DVec2,
+    side: f64,
+    draw: &mut Draw<impl FnMut() -> f64>,
+    mut member: impl FnMut(DVec2),
+) {
+    let Kernel::Disk(radius) = options.kernel else {
+        return Tiling::new(camera, options.tile_side(), draw.tiles).others(own).for_each(member);
+    };
+    let radius = radius.in_pixels(side);
+    let mut step = || radius * DVec2::from_array(in_unit_ball(&mut draw.random));
+    let centre = if options.mode == Mode::Exchangeable { step() } else { DVec2::ZERO };
+    (0..options.count).for_each(|_| member(centre + step()));
+}
+
+/// Moves the path's first vertex in space: calls `member` with the offset, and the pixel where the member is seen (None: not on the
+/// sampled image), for each other than the path itself.
+#[inline(always)]
+fn spots(
     camera: &Camera,
     options: &Options,
     path: &Shiftable,
     draw: &mut Draw<impl FnMut() -> f64>,
-    spots: &'s mut Spots,
-) -> &'s mut [Spot] {
+    mut member: impl FnMut(DVec3, Option<DVec2>),
+) {
     let (own, x) = (path.image.pixel, path.first().x);
-    if options.kernel == Kernel::Tile {
-        let scale = camera.pixel_size() * camera.depth(x);
-        let mut count = 0;
-        for (spot, offset) in spots.0.iter_mut().zip(Tiling::new(camera, options.tile_side(), draw.tiles).others(own)) {
-            let y = x + scale * (offset.x * camera.right - offset.y * camera.up);
-            *spot = Spot { y, pixel: Some(own + offset) };
-            count += 1;
-        }
-        return spots.0.get_mut(..count).unwrap_or(&mut []);
+    if let Kernel::Ball(radius) = options.kernel {
+        let lens = camera.on_lens(path.image.ray.origin);
+        let mut offset = || radius * DVec3::from_array(in_unit_ball(&mut draw.random));
+        let centre = if options.mode == Mode::Exchangeable { offset() } else { DVec3::ZERO };
+        return (0..options.count).map(|_| centre + offset()).for_each(|offset| member(offset, camera.pixel(x + offset, lens)));
     }
-    // The kernel is the same at all members: its radius in world units depends on depth alone, which a disk keeps.
-    let mut offset = || options.offset(camera, x, &mut draw.random);
-    let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };
-    let spots = spots.0.get_mut(..options.count).unwrap_or(&mut []);
-    spots.iter_mut().for_each(|spot| spot.y = centre + offset());
-    let lens = camera.on_lens(path.image.ray.origin);
-    spots.iter_mut().for_each(|spot| spot.pixel = camera.pixel(spot.y, lens));
-    spots
+    // Parallel to the image plane: a step on the image is as long at all depths, in pixels there.
+    let side = camera.pixel_size() * camera.depth(x);
+    let (right, down) = (side * camera.right, -side * camera.up);
+    steps(camera, options, own, side, draw, |step| {
+        let pixel = own + step;
+        member(step.x * right + step.y * down, Some(pixel).filter(|pixel| camera.samples(*pixel)));
+    });
 }
 
 /// Places the members other than the path itself.
@@ -127,27 +198,32 @@ pub(super) fn place<'m>(
     options: &Options,
     path: &Shiftable,
     draw: &mut Draw<impl FnMut() -> f64>,
-    spots: &mut Spots,
     members: &'m mut Members,
 ) -> &'m mut [Member] {
     let lens = camera.on_lens(path.image.ray.origin);
-    if path.first().place.is_surface() && options.kernel != Kernel::Tile {
-        let mut offset = || options.image_offset(&mut draw.random);
-        let own = path.image.pixel;
-        let centre = if options.mode == Mode::Exchangeable { own + offset() } else { own };
-        return members.fill((0..options.count).map(|_| {
-            let pixel = centre + offset();
+    let x = path.first().x;
+    let mut count = 0;
+    let mut put = |y: DVec3, image: Option<ImagePoint>| {
+        if let Some(slot) = members.0.get_mut(count) {
+            // Not the whole slot: its value is large.
+            (slot.y, slot.image) = (y, image);
+            slot.value = None;
+            count += 1;
+        }
+    };
+    if path.first().place.is_surface() {
+        let (own, side) = (path.image.pixel, camera.pixel_size() * camera.depth(x));
+        steps(camera, options, own, side, draw, |step| {
+            let pixel = own + step;
             let image = ImagePoint { pixel, ray: camera.ray(pixel, lens), distance: f64::INFINITY };
-            Member { image: Some(image).filter(|_| camera.samples(pixel)), y: path.first().x, value: None }
-        }));
+            put(x, Some(image).filter(|_| camera.samples(pixel)));
+        });
+    } else {
+        spots(camera, options, path, draw, |offset, pixel| {
+            put(x + offset, pixel.map(|pixel| camera.image_point(pixel, x + offset, lens)));
+        });
     }
-    let spots = self::spots(camera, options, path, draw, spots);
-    for (slot, Spot { y, pixel }) in members.0.iter_mut().zip(spots.iter()) {
-        // Not the whole slot: its value is large.
-        (slot.y, slot.image) = (*y, pixel.map(|pixel| camera.image_point(pixel, *y, lens)));
-        slot.value = None;
-    }
-    members.0.get_mut(..spots.len()).unwrap_or(&mut [])
+    members.0.get_mut(..count).unwrap_or(&mut [])
 }
 
 /// Places the members on the other rays of the tile, and evaluates f there up to the first vertex.
