@@ -64,17 +64,10 @@ MUTANTS = [
     ),
     Mutant(
         "exchangeable without a common centre",
-        "src/shift/place.rs",
-        "let centre = if options.mode == Mode::Exchangeable { step() } else { DVec2::ZERO };",
-        "let centre = DVec2::ZERO;",
+        "src/shift/spots.rs",
+        "let drawn = if options.mode == Mode::Exchangeable { 0 } else { 1 };",
+        "let drawn = 1;",
         "unbiased exchangeable_disk_under_a_point_light",
-    ),
-    Mutant(
-        "exchangeable without a common centre in space",
-        "src/shift/place.rs",
-        "let centre = if options.mode == Mode::Exchangeable { offset() } else { DVec3::ZERO };",
-        "let centre = DVec3::ZERO;",
-        "unbiased exchangeable_ball_under_a_point_light",
     ),
     Mutant(
         "exchangeable, thesis' choice: the sum leaves the path itself out",
@@ -101,7 +94,7 @@ MUTANTS = [
     ),
     Mutant(
         "a disk across the camera ray",
-        "src/shift/place.rs",
+        "src/shift/spots.rs",
         "let (right, down) = (side * camera.right, -side * camera.up);",
         "let (s, t) = crate::math::orthonormal_basis((x - camera.position).normalize());\n"
         "    let (right, down) = (side * s, side * t);",
@@ -123,16 +116,16 @@ MUTANTS = [
     ),
     Mutant(
         "a disk that is not uniform by area",
-        "src/shift/place.rs",
-        "radius * DVec2::from_array(in_unit_ball(&mut draw.random))",
-        "{ let d = DVec2::from_array(in_unit_ball(&mut draw.random)); radius * d.length() * d }",
+        "src/shift/spots.rs",
+        "radius * DVec2::from_array(step)",
+        "{ let d = DVec2::from_array(step); radius * d.length() * d }",
         "kernels the_disk_is_symmetric",
     ),
     Mutant(
         "a ball that is not uniform by volume",
-        "src/shift/place.rs",
-        "radius * DVec3::from_array(in_unit_ball(&mut draw.random))",
-        "{ let d = DVec3::from_array(in_unit_ball(&mut draw.random)); radius * d.length() * d }",
+        "src/shift/spots.rs",
+        "radius * DVec3::from_array(offset)",
+        "{ let d = DVec3::from_array(offset); radius * d.length() * d }",
         "kernels the_ball_is_symmetric",
     ),
     Mutant(

@@ -4,8 +4,9 @@
 
 use super::evaluate::{CHUNK, Evaluation, Hits};
 use super::gradient::group_gradients;
-use super::place::{Draw, Member, Members, Spots, place, place_on_rays};
+use super::place::{Draw, Member, Members, place, place_on_rays};
 use super::run::Shiftable;
+use super::spots::Spots;
 use super::tile::Tile;
 use super::weight::Weighing;
 use super::{Mode, Options};

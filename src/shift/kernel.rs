@@ -129,13 +129,12 @@ impl Options {
     }
 }
 
-/// Uniform in the unit disk or ball: points of the square or cube around it are tried until one is inside, two at most in the mean.
-/// Sines and roots take several times as long.
-pub(super) fn in_unit_ball<const N: usize>(random: &mut impl FnMut() -> f64) -> [f64; N] {
-    loop {
-        let point = [0; N].map(|_| 2.0 * random() - 1.0);
-        if point.iter().map(|coordinate| coordinate * coordinate).sum::<f64>() < 1.0 {
-            return point;
-        }
+/// Uniform in the unit disk or ball: points of the square or cube around it are tried until all are inside, two for each at most in the
+/// mean. Sines and roots take several times as long. One that is outside gives its slot to the next: no branch depends on chance.
+pub(super) fn fill_with_unit_ball<const N: usize>(points: &mut [[f64; N]], random: &mut impl FnMut() -> f64) {
+    let mut count = 0;
+    while let Some(point) = points.get_mut(count) {
+        *point = [0; N].map(|_| 2.0 * random() - 1.0);
+        count += usize::from(point.iter().map(|coordinate| coordinate * coordinate).sum::<f64>() < 1.0);
     }
 }

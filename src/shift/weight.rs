@@ -2,8 +2,9 @@
 
 use super::gradient::GroupGradients;
 use super::kernel::{Mode, Options};
-use super::place::{Member, Spots};
+use super::place::Member;
 use super::run::{GROUPS, Groups, Progress, Shiftable};
+use super::spots::Spots;
 use crate::math::{BVec4, Colour, DVec2, DVec4, exp_of_small, luminance};
 use crate::scene::Scene;
 
