@@ -64,17 +64,10 @@ MUTANTS = [
     ),
     Mutant(
         "exchangeable without a common centre",
-        "src/shift/place.rs",
-        "let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };",
-        "let centre = x;",
+        "src/shift/spots.rs",
+        "let drawn = if options.mode == Mode::Exchangeable { 0 } else { 1 };",
+        "let drawn = 1;",
         "unbiased exchangeable_disk_under_a_point_light",
-    ),
-    Mutant(
-        "exchangeable without a common centre on the image",
-        "src/shift/place.rs",
-        "let centre = if options.mode == Mode::Exchangeable { own + offset() } else { own };",
-        "let centre = own;",
-        "kernels the_members_of_an_exchangeable_batch",
     ),
     Mutant(
         "exchangeable, thesis' choice: the sum leaves the path itself out",
@@ -101,10 +94,10 @@ MUTANTS = [
     ),
     Mutant(
         "a disk across the camera ray",
-        "src/shift/kernel.rs",
-        "right * camera.right + up * camera.up",
+        "src/shift/spots.rs",
+        "let (right, down) = (side * camera.right, -side * camera.up);",
         "let (s, t) = crate::math::orthonormal_basis((x - camera.position).normalize());\n"
-        "                right * s + up * t",
+        "    let (right, down) = (side * s, side * t);",
         "unbiased exact_disk_under_a_point_light",
     ),
     Mutant(
@@ -123,16 +116,16 @@ MUTANTS = [
     ),
     Mutant(
         "a disk that is not uniform by area",
-        "src/math.rs",
-        "let (radius, angle) = (sqrt(u.x), 2.0 * PI * u.y);",
-        "let (radius, angle) = (u.x, 2.0 * PI * u.y);",
+        "src/shift/spots.rs",
+        "radius * DVec2::from_array(step)",
+        "{ let d = DVec2::from_array(step); radius * d.length() * d }",
         "kernels the_disk_is_symmetric",
     ),
     Mutant(
         "a ball that is not uniform by volume",
-        "src/shift/kernel.rs",
-        "radius * DVec3::from_array(in_unit_ball(random))",
-        "{ let d = DVec3::from_array(in_unit_ball(random)); radius * d.length() * d }",
+        "src/shift/spots.rs",
+        "radius * DVec3::from_array(offset)",
+        "{ let d = DVec3::from_array(offset); radius * d.length() * d }",
         "kernels the_ball_is_symmetric",
     ),
     Mutant(
@@ -266,6 +259,21 @@ MUTANTS = [
         "_ => self.record.end_chain(),",
         "_ => {}",
         "kernels a_record_is_the_whole_path",
+    ),
+    # Weights from gradients.
+    Mutant(
+        "linear weights: those whose spot is left out are lost",
+        "src/shift/weight.rs",
+        "let mut stay_counts = [spots.members - spots.len(); GROUPS];",
+        "let mut stay_counts = [0 * (spots.members - spots.len()); GROUPS];",
+        "kernels what_leaves_stays",
+    ),
+    Mutant(
+        "a box is positive if its bricks are empty",
+        "src/medium/walk.rs",
+        "is_some_and(|brick| brick.min > 0.0)",
+        "is_some_and(|brick| brick.min >= 0.0)",
+        "grid where_a_density_is_surely_positive",
     ),
     # Tiles.
     Mutant(
