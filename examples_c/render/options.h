@@ -4,7 +4,10 @@
 
 #include <stdint.h>
 
+#include "render.h"
 #include "volgrad.h"
+
+enum { INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_MMLT };
 
 typedef struct {
     const char *scene;  /* borrowed from argv, as is `output` */
@@ -15,7 +18,10 @@ typedef struct {
     uint64_t seed;
     int has_max_depth;
     uint32_t max_depth; /* 0: no limit */
+    uint32_t integrator; /* INTEGRATOR_* */
+    uint32_t heuristic;  /* VOLGRAD_HEURISTIC_* */
     volgrad_shift_options shift;
+    chain_settings chains; /* options.seed and options.shift are not set */
     int has_crop;
     uint32_t crop[4]; /* x0, y0, x1, y1 */
     int quiet;
@@ -32,5 +38,7 @@ void options_print_help(void);
 /* Names as on the command line; "none" for VOLGRAD_SHIFT_NONE. */
 const char *options_shift_name(uint32_t mode);
 const char *options_kernel_name(uint32_t kernel);
+const char *options_integrator_name(uint32_t integrator);
+const char *options_heuristic_name(uint32_t heuristic);
 
 #endif
