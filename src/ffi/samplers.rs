@@ -67,6 +67,8 @@ pub struct volgrad_path_sampler_options {
     /// Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
     pub shift: volgrad_shift_options,
     /// Paths of left_out_first ... left_out_last edges are left out, because another sampler renders them; none if the first is 0.
+    /// Light that the camera sees directly, or through nothing but specular surfaces, is left out only if left_out_first is 1: other
+    /// samplers leave it to this one, which renders all of it in few passes.
     pub left_out_first: u32,
     pub left_out_last: u32,
 }

@@ -20,7 +20,8 @@ pub struct Options {
     pub rr_depth: u32,
     pub seed: u64,
     pub shift: Option<shift::Options>,
-    /// Paths that another sampler renders.
+    /// Paths that another sampler renders: of these lengths, but light that the camera sees directly, or through nothing but specular
+    /// surfaces, only if length 1 is among them. No sampler finds that as easily as this one.
     pub left_out: Lengths,
 }
 
@@ -40,9 +41,15 @@ impl Lengths {
 }
 
 impl Options {
-    /// Most edges of a path that is not left out.
-    fn longest(&self) -> u32 {
-        if self.left_out.contains(self.max_depth) { self.left_out.first.saturating_sub(1) } else { self.max_depth }
+    /// Whether paths of this length are left out; `direct`: those without a vertex that scatters.
+    fn leaves_out(&self, length: u32, direct: bool) -> bool {
+        self.left_out.contains(length) && !(direct && self.left_out.first > 1)
+    }
+
+    /// Whether any path longer than `length` is not.
+    fn goes_beyond(&self, length: u32, direct: bool) -> bool {
+        let open = |length| length <= self.max_depth && !self.leaves_out(length, direct);
+        open(length + 1) || open(self.left_out.last.max(length).saturating_add(1))
     }
 }
 
@@ -150,11 +157,11 @@ impl<Q: Queries> PathTracer<'_, Q> {
             return Ok(());
         }
         let mut walk = Walk::from_camera(self, view, record, stats);
-        let longest = self.options.longest();
-        for depth in 1..=longest {
+        for depth in 1..=self.options.max_depth {
             let numbers = numbers.vertex(depth);
             let Some(vertex) = walk.advance(depth, &numbers)? else { break };
-            if depth == longest || !walk.scatter(depth, &vertex, &numbers)? {
+            walk.direct = walk.direct && vertex.interaction.is_specular();
+            if !self.options.goes_beyond(depth, walk.direct) || !walk.scatter(depth, &vertex, &numbers)? {
                 break;
             }
         }
@@ -202,6 +209,8 @@ struct Walk<'a, Q> {
     eta_squared: f64,
     /// None after the camera and specular vertices: nothing else finds the same light.
     sampled: Option<Sampled>,
+    /// Whether no vertex so far scatters.
+    direct: bool,
 }
 
 /// A vertex to scatter at, and what its rays need.
@@ -229,6 +238,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             throughput: Colour::ONE,
             eta_squared: 1.0,
             sampled: None,
+            direct: true,
         }
     }
 
@@ -265,7 +275,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             return 1.0;
         }
         let optical_depth = self.view.whole_depth(self.scene);
-        if let Some(light) = light.filter(|_| !self.options.left_out.contains(1)) {
+        if let Some(light) = light.filter(|_| !self.options.leaves_out(1, true)) {
             self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
         if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
@@ -374,7 +384,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
 
     /// Records the emission of a light that the ray has reached; `geometry` takes solid angle to the light's own measure.
     fn meet(&mut self, depth: u32, index: u32, geometry: f64, probability: f64) {
-        let Some(light) = self.scene.lights.get(index).filter(|_| !self.options.left_out.contains(depth)) else { return };
+        let Some(light) = self.scene.lights.get(index).filter(|_| !self.options.leaves_out(depth, self.direct)) else { return };
         let mis = self.sampled.map_or(1.0, |sampled| {
             let pick = self.scene.lights.probability(index);
             let going_on = sampled.pdf * probability * geometry;
@@ -393,7 +403,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     fn scatter(&mut self, depth: u32, vertex: &Vertex, numbers: &VertexNumbers) -> Result<bool, Stop> {
         let survival = self.survival(depth);
         let origin = |direction| self.origin_of(vertex, direction);
-        let outcome = if self.options.left_out.contains(depth + 1) {
+        let outcome = if self.options.leaves_out(depth + 1, false) {
             Outcome::Nothing
         } else {
             next_event::sample(self.scene, self.queries, &vertex.interaction, survival, numbers, origin)?

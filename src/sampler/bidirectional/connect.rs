@@ -41,9 +41,10 @@ impl<Q: Queries> Connector<'_, '_, Q> {
         }
     }
 
-    /// s = 0: the camera's subpath has found a light.
+    /// s = 0: the camera's subpath has found a light. Through nothing but specular surfaces: that is the path sampler's.
     fn found(&self, camera: &[Vertex]) -> Option<Connection> {
-        let [.., before, last] = camera else { return None };
+        let [_, between @ .., last] = camera else { return None };
+        let before = between.last().filter(|_| !between.iter().all(Vertex::is_specular))?;
         let direction = last.edge.back;
         let (index, light, normal) = match last.kind {
             Kind::Surface { light: index, normal, .. } => (index, self.scene.lights.get(index)?, Some(normal)),

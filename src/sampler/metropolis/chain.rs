@@ -6,6 +6,7 @@
 use super::bootstrap::{self, Numbers, Start};
 use super::numbers::{Technique, capacity, step};
 use super::path::{Scratch, make, target};
+use super::techniques::{Shares, Techniques};
 use crate::film::Film;
 use crate::math::{Colour, DVec2};
 use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH};
@@ -32,6 +33,8 @@ pub struct Options {
 pub struct State {
     pub index: u32,
     pub start: Start,
+    /// How often large steps try the techniques.
+    shares: Shares,
     /// Those that counted.
     pub mutations: u64,
     technique: Technique,
@@ -113,13 +116,24 @@ impl Default for Room<'_> {
 }
 
 impl State {
-    /// Chain number `index`. `numbers` has room for [`capacity`] of its length.
-    pub fn new(options: &Options, index: u32, start: Start, numbers: &mut [f64]) -> Self {
+    /// Chain number `index`. `numbers` has room for [`capacity`] of its length. None: the start is not one of these samples.
+    pub fn new(options: &Options, techniques: &Techniques, index: u32, start: Start, numbers: &mut [f64]) -> Option<Self> {
         let mut all: Numbers = [0.0; capacity(MAX_LENGTH)];
-        let technique = bootstrap::sample(options.seed, start.length as usize, start.sample, &mut all);
+        let (length, technique) = bootstrap::numbers(options.seed, techniques, start.sample, &mut all);
+        let shares = *techniques.shares(start.length as usize);
         numbers.iter_mut().zip(all).for_each(|(to, from)| *to = from);
         let random = ChainNumbers::new(options.seed, index);
-        Self { index, start, mutations: 0, technique, random, step: FIRST_STEP, pending: 0.0, born: 0 }
+        (length == start.length as usize).then_some(Self {
+            index,
+            start,
+            shares,
+            mutations: 0,
+            technique,
+            random,
+            step: FIRST_STEP,
+            pending: 0.0,
+            born: 0,
+        })
     }
 }
 
@@ -212,16 +226,16 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     ) -> Result<(), Stop> {
         (sample.target, sample.moves) = (0.0, false);
         let Some(path) = make(self.scene, self.queries, technique, numbers, paths, stats)? else { return Ok(()) };
-        let Start { length, share, brightness, .. } = state.start;
-        let techniques = Technique::count(length as usize) as f64;
-        let target = target(&path) * techniques;
+        let Start { share, brightness, .. } = state.start;
+        let probability = state.shares.of_technique(technique);
+        let target = target(&path) / probability;
         if !target.is_finite() {
             sample.target = f64::NAN;
             return Ok(());
         }
         // Samples of the chain have the density target/b, those of large steps, among all mutations, the probability of one.
         let density = target / brightness + self.options.large_step;
-        let value = path.value * (path.weight * techniques * share / density);
+        let value = path.value * (path.weight * share / (probability * density));
         (sample.target, sample.pixel, sample.value) = (target, path.pixel, value);
         if let Some(options) = &self.options.shift {
             let connection = Connection { value, weight: 1.0, ..path };
@@ -236,7 +250,8 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     fn decide(&self, state: &State, numbers: &[f64], room: &mut Room<'a>, stats: &mut Stats) -> Result<Decision, Stop> {
         let mut random = state.random.clone();
         let large = random.next() < self.options.large_step;
-        let technique = if large { Technique::pick(state.start.length as usize, random.next()) } else { state.technique };
+        let technique =
+            if large { state.shares.technique(state.start.length as usize, random.next()) } else { state.technique };
         let count = technique.numbers();
         for (to, from) in room.numbers.iter_mut().zip(numbers).take(count) {
             *to = if large { random.next() } else { step(*from, state.step, &mut || random.next()) };
