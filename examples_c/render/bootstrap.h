@@ -6,6 +6,7 @@
 
 typedef struct {
     const render_job *job;
+    volgrad_chain_techniques techniques; /* of these samples */
     float *weights;
     uint64_t count;
     double seconds; /* that they took */

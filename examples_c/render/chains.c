@@ -35,8 +35,8 @@ static volgrad_status init_item(void *user, unsigned worker, uint64_t item)
         options.burn_in = 0;
     }
     unsigned char *memory = (unsigned char *)c->memory + item * c->bytes_of_one;
-    return volgrad_chain_init(memory, c->bytes_of_one, job->scene, job->queries, &options, &c->starts[item], &c->stats[worker],
-                              &c->each[item]);
+    return volgrad_chain_init(memory, c->bytes_of_one, job->scene, job->queries, &options, c->techniques, &c->starts[item],
+                              &c->stats[worker], &c->each[item]);
 }
 
 static volgrad_status run_item(void *user, unsigned worker, uint64_t item)
@@ -129,13 +129,14 @@ static int make_room(chains *c, uint32_t wanted, volgrad_status *status)
 
 int chains_start(chains *c, const render_job *job, const bootstrap *b, volgrad_status *status)
 {
-    *c = (chains){.job = job};
+    *c = (chains){.job = job, .techniques = &b->techniques};
     uint32_t wanted = wanted_chains(job, b);
     if (!make_room(c, wanted, status) || !films_make(&c->films, job->threads, job->width, job->height, status)) {
         return 0;
     }
     volgrad_chain_plan_result planned = {.struct_size = sizeof planned};
-    *status = volgrad_chain_plan(&job->chains->options, b->weights, b->count, wanted, c->starts, wanted + VOLGRAD_MAX_LENGTH, &planned);
+    *status = volgrad_chain_plan(&job->chains->options, c->techniques, b->weights, b->count, wanted, c->starts,
+                                 wanted + VOLGRAD_MAX_LENGTH, &planned);
     if (*status == VOLGRAD_OK) {
         c->count = planned.chain_count;
         *status = for_each(c, init_item, report_init);

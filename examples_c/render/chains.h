@@ -8,6 +8,7 @@
 
 typedef struct {
     const render_job *job;
+    const volgrad_chain_techniques *techniques; /* the bootstrap's: for chains_start only */
     uint32_t count; /* 0: the bootstrap found no light */
     void *memory;   /* of all chains, one after the other */
     size_t bytes_of_one;

@@ -34,7 +34,7 @@ static const char HELP[] =
     "      --chains N         (default: so many that burn-in takes few of the mutations)\n"
     "      --chain-lengths A-B  edges of the chains' paths; the others are traced (default 2-32)\n"
     "      --bootstrap N      samples to find brightness and starts from (default: until brightness is known to 0.3 %, but\n"
-    "                         with --time not longer than a tenth of it, without not more than 1048576)\n"
+    "                         with --time not longer than a tenth of it, without at most one for two mutations)\n"
     "      --burn-in N        mutations of each chain before the first that counts (default 512)\n"
     "      --large-step P     probability of a new, independent path (default 0.3)\n"
     "      --shift-every N    mutations per batch of shifted paths (default 4)\n"

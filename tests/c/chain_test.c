@@ -14,6 +14,7 @@ static alignas(16) unsigned char block[2][BYTES];
 static alignas(16) unsigned char memory[ROOM][CHAIN_BYTES];
 static float weights[SAMPLES];
 static volgrad_chain_start starts[ROOM];
+static volgrad_chain_techniques techniques;
 static volgrad_chain_plan_result plan;
 static float rgb[FLOATS];
 
@@ -47,17 +48,25 @@ static volgrad_chain_stats no_stats(void) {
 }
 
 static volgrad_status bootstrap(uint64_t first, uint32_t count, float *to) {
-    return volgrad_chain_bootstrap(scene, &host.queries, &options, first, count, to);
+    return volgrad_chain_bootstrap(scene, &host.queries, &options, &techniques, first, count, to);
+}
+
+/* Techniques learned from samples of another seed. */
+static void learn_techniques(void) {
+    volgrad_chain_options other = options;
+    other.seed = ~options.seed;
+    CHECK_STATUS(volgrad_chain_bootstrap(scene, &host.queries, &other, NULL, 0, SAMPLES, weights), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_learn(&other, weights, SAMPLES, &techniques), VOLGRAD_OK);
 }
 
 static volgrad_status make_plan(volgrad_chain_start *to) {
     memset(&plan, 0, sizeof plan);
     plan.struct_size = sizeof plan;
-    return volgrad_chain_plan(&options, weights, SAMPLES, WANTED, to, ROOM, &plan);
+    return volgrad_chain_plan(&options, &techniques, weights, SAMPLES, WANTED, to, ROOM, &plan);
 }
 
 static volgrad_status init(int which, const volgrad_chain_start *start, volgrad_chain_stats *stats, volgrad_chain **chain) {
-    return volgrad_chain_init(memory[which], CHAIN_BYTES, scene, &host.queries, &options, start, stats, chain);
+    return volgrad_chain_init(memory[which], CHAIN_BYTES, scene, &host.queries, &options, &techniques, start, stats, chain);
 }
 
 static volgrad_status run(volgrad_chain *chain, uint64_t mutations, volgrad_film *film, volgrad_chain_stats *stats) {
@@ -76,6 +85,7 @@ static volgrad_chain *first_chain(int which) {
 
 static void prepare(void) {
     make_scene();
+    learn_techniques();
     CHECK_STATUS(bootstrap(0, SAMPLES, weights), VOLGRAD_OK);
     CHECK_STATUS(make_plan(starts), VOLGRAD_OK);
     CHECK(plan.chain_count > 0);
@@ -84,11 +94,13 @@ static void prepare(void) {
 /* ---- options, which every function reads ---- */
 
 static void check_options(volgrad_status expected) {
+    static volgrad_chain_techniques learned;
     volgrad_chain *chain;
     size_t bytes;
     float weight;
     volgrad_chain_start start = starts[0];
     REFUSED(weight, bootstrap(0, 1, &weight), expected);
+    REFUSED(learned, volgrad_chain_learn(&options, weights, SAMPLES, &learned), expected);
     CHECK_STATUS(make_plan(starts), expected);
     REFUSED(bytes, volgrad_chain_size(&options, &bytes), expected);
     REFUSED(chain, init(0, &start, NULL, &chain), expected);
@@ -142,13 +154,42 @@ static void test_bootstrap(void) {
 
     volgrad_queries *q = &host.queries;
     float w;
-    REFUSED(w, volgrad_chain_bootstrap(NULL, q, &options, 0, 1, &w), VOLGRAD_ERROR_NULL);
-    REFUSED(w, volgrad_chain_bootstrap(scene, NULL, &options, 0, 1, &w), VOLGRAD_ERROR_NULL);
-    REFUSED(w, volgrad_chain_bootstrap(scene, q, NULL, 0, 1, &w), VOLGRAD_ERROR_NULL);
-    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, 0, 1, NULL), VOLGRAD_ERROR_NULL);
-    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, 0, 1, (void *)((char *)parts + 1)), VOLGRAD_ERROR_MISALIGNED);
+    REFUSED(w, volgrad_chain_bootstrap(NULL, q, &options, NULL, 0, 1, &w), VOLGRAD_ERROR_NULL);
+    REFUSED(w, volgrad_chain_bootstrap(scene, NULL, &options, NULL, 0, 1, &w), VOLGRAD_ERROR_NULL);
+    REFUSED(w, volgrad_chain_bootstrap(scene, q, NULL, NULL, 0, 1, &w), VOLGRAD_ERROR_NULL);
+    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, NULL, 0, 1, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, NULL, 0, 1, (void *)((char *)parts + 1)), VOLGRAD_ERROR_MISALIGNED);
+    const volgrad_chain_techniques *misaligned = (const void *)((const char *)&techniques + 2);
+    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, misaligned, 0, 1, &w), VOLGRAD_ERROR_MISALIGNED);
     queries_answer(&host, SLAB, 20, STOPS);
     CHECK_STATUS(bootstrap(0, SAMPLES, parts), VOLGRAD_ERROR_CALLBACK);
+}
+
+static void test_learn(void) {
+    static volgrad_chain_techniques learned, alike;
+    prepare();
+    for (int row = 0; row < 66; row++) {
+        for (int i = 0; i < 65; i++) {
+            CHECK(techniques.shares[row][i] <= 1 && techniques.shares[row][i] >= (i > 0 ? techniques.shares[row][i - 1] : 0));
+        }
+        CHECK(techniques.shares[row][64] == 1);
+    }
+    CHECK(techniques.shares[0][SHORTEST - 1] == 0 && techniques.shares[0][SHORTEST] > 0 && techniques.shares[0][LONGEST] == 1);
+    CHECK(techniques.shares[0][SHORTEST] > techniques.shares[0][LONGEST] - techniques.shares[0][LONGEST - 1]); /* shorter is brighter */
+    double learned_error = plan.relative_error;
+    CHECK_STATUS(volgrad_chain_bootstrap(scene, &host.queries, &options, NULL, 0, SAMPLES, weights), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_plan(&options, NULL, weights, SAMPLES, 1, NULL, 0, &plan), VOLGRAD_OK);
+    CHECK(learned_error < plan.relative_error); /* what it is for */
+
+    CHECK_STATUS(volgrad_chain_learn(&options, NULL, 0, &alike), VOLGRAD_OK); /* nothing to learn from */
+    CHECK(alike.shares[0][SHORTEST] > 0.199f && alike.shares[0][SHORTEST] < 0.201f && alike.shares[0][LONGEST] == 1);
+    REFUSED(learned, volgrad_chain_learn(NULL, weights, SAMPLES, &learned), VOLGRAD_ERROR_NULL);
+    REFUSED(learned, volgrad_chain_learn(&options, NULL, SAMPLES, &learned), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_chain_learn(&options, weights, SAMPLES, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(learned, volgrad_chain_learn(&options, (void *)((char *)weights + 1), 9, &learned), VOLGRAD_ERROR_MISALIGNED);
+    CHECK_STATUS(volgrad_chain_learn(&options, weights, SAMPLES, (void *)((char *)&learned + 1)), VOLGRAD_ERROR_MISALIGNED);
+    weights[17] = NAN;
+    REFUSED(learned, volgrad_chain_learn(&options, weights, SAMPLES, &learned), VOLGRAD_ERROR_NOT_FINITE);
 }
 
 static void test_plan(void) {
@@ -175,7 +216,7 @@ static void test_plan(void) {
     CHECK(memcmp(&first, &plan, sizeof plan) == 0);
 
 #define PLAN(options, weights, count, wanted, starts, capacity, result) \
-    volgrad_chain_plan(options, weights, count, wanted, starts, capacity, result)
+    volgrad_chain_plan(options, &techniques, weights, count, wanted, starts, capacity, result)
     volgrad_chain_start untouched_start;
     REFUSED(untouched_start, PLAN(NULL, weights, SAMPLES, 1, &untouched_start, 1, &plan), VOLGRAD_ERROR_NULL);
     REFUSED(untouched_start, PLAN(&options, NULL, SAMPLES, 1, &untouched_start, 1, &plan), VOLGRAD_ERROR_NULL);
@@ -186,6 +227,8 @@ static void test_plan(void) {
     CHECK_STATUS(PLAN(&options, (void *)((char *)weights + 1), 4, 1, starts, ROOM, &plan), VOLGRAD_ERROR_MISALIGNED);
     CHECK_STATUS(PLAN(&options, weights, SAMPLES, 1, (void *)((char *)starts + 4), ROOM, &plan), VOLGRAD_ERROR_MISALIGNED);
     CHECK_STATUS(PLAN(&options, weights, SAMPLES, 1, starts, ROOM, (void *)((char *)&first + 2)), VOLGRAD_ERROR_MISALIGNED);
+    const volgrad_chain_techniques *misaligned = (const void *)((const char *)&techniques + 2);
+    CHECK_STATUS(volgrad_chain_plan(&options, misaligned, weights, SAMPLES, 1, starts, ROOM, &plan), VOLGRAD_ERROR_MISALIGNED);
     plan.struct_size = 3;
     CHECK_STATUS(PLAN(&options, weights, SAMPLES, 1, starts, ROOM, &plan), VOLGRAD_ERROR_STRUCT_SIZE);
     const float bad[] = {NAN, INFINITY, -1};
@@ -219,21 +262,21 @@ static void test_memory(void) {
     /* Not a byte more is written. */
     volgrad_chain *chain;
     memset(memory[0], 0xA5, CHAIN_BYTES);
-    CHECK_STATUS(volgrad_chain_init(memory[0], bytes, scene, &host.queries, &options, starts, NULL, &chain), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_init(memory[0], bytes, scene, &host.queries, &options, &techniques, starts, NULL, &chain), VOLGRAD_OK);
     volgrad_film *film = clear(0);
     CHECK_STATUS(run(chain, 100, film, NULL), VOLGRAD_OK);
     CHECK(untouched(memory[0] + bytes, CHAIN_BYTES - bytes));
 
 #define INIT(memory, bytes, start, stats) \
-    volgrad_chain_init(memory, bytes, scene, &host.queries, &options, start, stats, &chain)
+    volgrad_chain_init(memory, bytes, scene, &host.queries, &options, &techniques, start, stats, &chain)
     REFUSED(chain, INIT(memory[0], bytes - 1, starts, NULL), VOLGRAD_ERROR_TOO_SMALL);
     REFUSED(chain, INIT(memory[0] + 8, bytes, starts, NULL), VOLGRAD_ERROR_MISALIGNED);
     REFUSED(chain, INIT(NULL, bytes, starts, NULL), VOLGRAD_ERROR_NULL);
     REFUSED(chain, INIT(memory[0], bytes, NULL, NULL), VOLGRAD_ERROR_NULL);
-    REFUSED(chain, volgrad_chain_init(memory[0], bytes, NULL, &host.queries, &options, starts, NULL, &chain), VOLGRAD_ERROR_NULL);
-    REFUSED(chain, volgrad_chain_init(memory[0], bytes, scene, NULL, &options, starts, NULL, &chain), VOLGRAD_ERROR_NULL);
-    REFUSED(chain, volgrad_chain_init(memory[0], bytes, scene, &host.queries, NULL, starts, NULL, &chain), VOLGRAD_ERROR_NULL);
-    CHECK_STATUS(volgrad_chain_init(memory[0], bytes, scene, &host.queries, &options, starts, NULL, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(chain, volgrad_chain_init(memory[0], bytes, NULL, &host.queries, &options, NULL, starts, NULL, &chain), VOLGRAD_ERROR_NULL);
+    REFUSED(chain, volgrad_chain_init(memory[0], bytes, scene, NULL, &options, NULL, starts, NULL, &chain), VOLGRAD_ERROR_NULL);
+    REFUSED(chain, volgrad_chain_init(memory[0], bytes, scene, &host.queries, NULL, NULL, starts, NULL, &chain), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_chain_init(memory[0], bytes, scene, &host.queries, &options, NULL, starts, NULL, NULL), VOLGRAD_ERROR_NULL);
     volgrad_chain_start bad = starts[0];
 #define BAD_START(set) ((set), (void)REFUSED(chain, INIT(memory[0], bytes, &bad, NULL), VOLGRAD_ERROR_RANGE), bad = starts[0])
     BAD_START(bad.length = LONGEST + 1);
@@ -241,6 +284,7 @@ static void test_memory(void) {
     BAD_START(bad.brightness = 0);
     BAD_START(bad.brightness = NAN);
     BAD_START(bad.share = -1);
+    BAD_START(bad.sample++); /* a path of another length, or none that a chain could begin with */
     volgrad_chain_stats stats = no_stats();
     stats.struct_size = 3;
     REFUSED(chain, INIT(memory[0], bytes, starts, &stats), VOLGRAD_ERROR_STRUCT_SIZE);
@@ -360,6 +404,7 @@ static void test_callbacks(uint32_t mode) {
 /* Mean of the film, with `seed`, of all chains with `each` mutations. */
 static double mean_of_chains(uint64_t seed, uint64_t each) {
     options.seed = seed;
+    learn_techniques();
     CHECK_STATUS(bootstrap(0, SAMPLES, weights), VOLGRAD_OK);
     CHECK_STATUS(make_plan(starts), VOLGRAD_OK);
     volgrad_film *film = clear(0);
@@ -409,6 +454,7 @@ static void test_mean(uint32_t mode) {
 int main(void) {
     test_options();
     test_bootstrap();
+    test_learn();
     test_plan();
     test_memory();
     test_refusals();

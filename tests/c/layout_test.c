@@ -57,6 +57,7 @@ OFFSET(volgrad_bidirectional_options, seed, 16);
 SIZE(volgrad_chain_options, 72);
 OFFSET(volgrad_chain_options, seed, 24);
 OFFSET(volgrad_chain_options, shift, 32);
+SIZE(volgrad_chain_techniques, 4 * 65 * 66);
 SIZE(volgrad_chain_start, 40);
 OFFSET(volgrad_chain_start, share, 16);
 OFFSET(volgrad_chain_start, brightness, 32);
