@@ -155,21 +155,24 @@ static void test_refusals(void) {
     CHECK_STATUS(volgrad_bidirectional_options_default(NULL, sizeof o), VOLGRAD_ERROR_NULL);
 }
 
-/* On an error, film and stats hold the whole samples before it, and the next call can go on from there. */
+/* Stops the run at a call, and lets it go on: the whole samples before are in film and stats, and nothing else. */
+static void check_stop(enum answer answer, uint32_t good) {
+    volgrad_path_sampler_stats stats = no_stats();
+    volgrad_film *film = clear(0);
+    queries_answer(&host, SLAB, good, answer);
+    CHECK_STATUS(run(0, 0, 100, film, &stats), answer_status(answer));
+    uint32_t done = (uint32_t)stats.paths;
+    CHECK(done < 100);
+    queries_answer(&host, SLAB, 0, SLAB);
+    CHECK_STATUS(run(0, done, 100 - done, film, &stats), VOLGRAD_OK);
+    CHECK(stats.paths == 100 && memcmp(block[0], block[1], BYTES) == 0);
+}
+
 static void test_callbacks(void) {
     make_scene();
     CHECK_STATUS(run(0, 0, 100, clear(1), NULL), VOLGRAD_OK);
-    for (int answer = STOPS; answer < ANSWERS; answer++) {
-        volgrad_path_sampler_stats stats = no_stats();
-        volgrad_film *film = clear(0);
-        queries_answer(&host, SLAB, 150, (enum answer)answer);
-        CHECK_STATUS(run(0, 0, 100, film, &stats), answer_status((enum answer)answer));
-        uint32_t done = (uint32_t)stats.paths;
-        CHECK(done > 0 && done < 100);
-        queries_answer(&host, SLAB, 0, SLAB);
-        CHECK_STATUS(run(0, done, 100 - done, film, &stats), VOLGRAD_OK);
-        CHECK(stats.paths == 100 && memcmp(block[0], block[1], BYTES) == 0);
-    }
+    for (int answer = STOPS; answer < ANSWERS; answer++) check_stop((enum answer)answer, 150);
+    for (uint32_t good = 0; good < 150; good++) check_stop(STOPS, good);
     volgrad_path_sampler_stats stats = no_stats();
     queries_answer(&host, SLAB, 0, OVERFLOWS);
     CHECK_STATUS(run(0, 0, 30, clear(0), &stats), VOLGRAD_OK);
