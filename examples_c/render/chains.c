@@ -88,8 +88,8 @@ volgrad_status chains_run(chains *c, uint64_t mutations)
 
 /* ---- beginning and end ---- */
 
-/* Unless told: so many that their burn-in is a small share of all mutations. A bootstrap sample carries nothing more often than a mutation
-   does, and so takes less time: a half to a fifth of it, in our scenes. */
+/* Unless told: so many that their burn-in is a small share of all mutations. A bootstrap sample carries nothing more often than a
+   mutation does, and so takes less time: a half to a fifth of it, in our scenes. */
 static uint32_t wanted_chains(const render_job *job, const bootstrap *b)
 {
     const double burn_in_share = 0.05, fewest = 32.0, most = 1024.0, mutations_per_sample_time = 0.3;

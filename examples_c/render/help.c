@@ -10,7 +10,7 @@ static const char HELP[] =
     "  -o, --output FILE      the image; its name ends in .exr\n"
     "      --integrator I     path (default), bdpt: bidirectional paths, mmlt: Metropolis light transport\n"
     "      --spp N            paths per pixel (default: the scene's sample_count)\n"
-    "      --time SECONDS     end with the first whole pass, or round of mutations, after this time; with --spp, whichever is first\n"
+    "      --time SECONDS     stop after the whole pass, or round of mutations, that passes this time; with --spp, whichever is first\n"
     "      --threads N        (default: all processors)\n"
     "      --seed N           random seed; same seed, same image (default 0)\n"
     "      --max-depth N      longest path in edges, -1 for no limit (default: the scene's)\n"

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "option_names.h"
 #include "option_values.h"
 
 enum {
@@ -71,51 +72,6 @@ static const struct option LONG_OPTIONS[] = {
 
 /* ---- one option ---- */
 
-/* Names by value. */
-static const char *const SHIFT_NAMES[] = {
-    [VOLGRAD_SHIFT_NONE] = "none",
-    [VOLGRAD_SHIFT_LOG_LINEAR] = "log_linear",
-    [VOLGRAD_SHIFT_EXACT] = "exact",
-    [VOLGRAD_SHIFT_EXCHANGEABLE] = "exchangeable",
-    [VOLGRAD_SHIFT_FIRST_ORDER] = "first_order",
-    [VOLGRAD_SHIFT_HALF_ORDER] = "half_order",
-    [VOLGRAD_SHIFT_LINEAR_DEPTH] = "linear_depth",
-    [VOLGRAD_SHIFT_TWO_LEVEL] = "two_level",
-};
-static const char *const KERNEL_NAMES[] = {
-    [VOLGRAD_KERNEL_DISK] = "disk", [VOLGRAD_KERNEL_BALL] = "ball", [VOLGRAD_KERNEL_TILE] = "tile"};
-static const char MODES[] = "none, first_order, half_order, log_linear, linear_depth, exact, two_level or exchangeable";
-static const char *const INTEGRATOR_NAMES[] = {
-    [INTEGRATOR_PATH] = "path", [INTEGRATOR_BDPT] = "bdpt", [INTEGRATOR_MMLT] = "mmlt"};
-static const char *const HEURISTIC_NAMES[] = {
-    [VOLGRAD_HEURISTIC_BALANCE] = "balance", [VOLGRAD_HEURISTIC_POWER] = "power"};
-enum {
-    SHIFT_NAMES_COUNT = sizeof SHIFT_NAMES / sizeof SHIFT_NAMES[0],
-    KERNEL_NAMES_COUNT = sizeof KERNEL_NAMES / sizeof KERNEL_NAMES[0],
-    INTEGRATOR_NAMES_COUNT = sizeof INTEGRATOR_NAMES / sizeof INTEGRATOR_NAMES[0],
-    HEURISTIC_NAMES_COUNT = sizeof HEURISTIC_NAMES / sizeof HEURISTIC_NAMES[0]
-};
-
-const char *options_shift_name(uint32_t mode)
-{
-    return mode < SHIFT_NAMES_COUNT ? SHIFT_NAMES[mode] : "unknown";
-}
-
-const char *options_kernel_name(uint32_t kernel)
-{
-    return kernel < KERNEL_NAMES_COUNT ? KERNEL_NAMES[kernel] : "unknown";
-}
-
-const char *options_integrator_name(uint32_t integrator)
-{
-    return integrator < INTEGRATOR_NAMES_COUNT ? INTEGRATOR_NAMES[integrator] : "unknown";
-}
-
-const char *options_heuristic_name(uint32_t heuristic)
-{
-    return heuristic < HEURISTIC_NAMES_COUNT ? HEURISTIC_NAMES[heuristic] : "unknown";
-}
-
 /* Most that volgrad_chain_plan takes. */
 enum { MOST_CHAINS = 1 << 24 };
 
@@ -179,8 +135,9 @@ static int take_shift_option(int option, const char *value, options *out, usage 
 {
     switch (option) {
     case OPTION_SHIFT:
-        return read_name(value, SHIFT_NAMES, SHIFT_NAMES_COUNT, &out->shift.mode) ||
-               complain("shift", value, MODES);
+        return read_shift(value, &out->shift.mode) ||
+               complain("shift", value,
+                        "none, first_order, half_order, log_linear, linear_depth, exact, two_level or exchangeable");
     case OPTION_SHIFT_COUNT:
         seen->needs_shift = "--shift-count";
         return read_whole32(value, 1, UINT16_MAX, &out->shift.count) ||
@@ -202,7 +159,7 @@ static int take_shift_option(int option, const char *value, options *out, usage 
         return read_share(value, &out->shift.alpha) || complain("shift-alpha", value, "a number from 0 to 1");
     case OPTION_SHIFT_KERNEL:
         seen->needs_shift = "--shift-kernel";
-        return read_name(value, KERNEL_NAMES, KERNEL_NAMES_COUNT, &out->shift.kernel) ||
+        return read_kernel(value, &out->shift.kernel) ||
                complain("shift-kernel", value, "tile, disk or ball");
     default:
         return take_chain_option(option, value, &out->chains, seen);
@@ -231,11 +188,11 @@ static int take_option(int option, const char *value, options *out, usage *seen)
     case OPTION_MAX_DEPTH:
         return read_max_depth(value, out) || complain("max-depth", value, "a whole number from 1 on, or -1 for no limit");
     case OPTION_INTEGRATOR:
-        return read_name(value, INTEGRATOR_NAMES, INTEGRATOR_NAMES_COUNT, &out->integrator) ||
+        return read_integrator(value, &out->integrator) ||
                complain("integrator", value, "path, bdpt or mmlt");
     case OPTION_HEURISTIC:
         seen->needs_bdpt = "--heuristic";
-        return read_name(value, HEURISTIC_NAMES, HEURISTIC_NAMES_COUNT, &out->heuristic) ||
+        return read_heuristic(value, &out->heuristic) ||
                complain("heuristic", value, "balance or power");
     case OPTION_CROP:
         out->has_crop = 1;

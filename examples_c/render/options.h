@@ -4,10 +4,9 @@
 
 #include <stdint.h>
 
+#include "option_names.h"
 #include "render.h"
 #include "volgrad.h"
-
-enum { INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_MMLT };
 
 typedef struct {
     const char *scene;  /* borrowed from argv, as is `output` */
@@ -34,11 +33,5 @@ typedef enum { OPTIONS_RUN, OPTIONS_HELP, OPTIONS_VERSION, OPTIONS_ERROR } optio
 options_result options_parse(int argc, char **argv, options *out);
 
 void options_print_help(void);
-
-/* Names as on the command line; "none" for VOLGRAD_SHIFT_NONE. */
-const char *options_shift_name(uint32_t mode);
-const char *options_kernel_name(uint32_t kernel);
-const char *options_integrator_name(uint32_t integrator);
-const char *options_heuristic_name(uint32_t heuristic);
 
 #endif

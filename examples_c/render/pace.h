@@ -5,8 +5,8 @@
 
 #include <stdint.h>
 
-/* The next group's size, at least 1: `done` took `seconds`, the last group was of `last_size`, and there are `seconds_left` (INFINITY: no
-   limit). Units are the caller's. */
+/* The next group's size, at least 1: `done` took `seconds`, the last group was of `last_size`, and there are `seconds_left` (INFINITY:
+   no limit). Units are the caller's. */
 uint64_t pace_next(uint64_t done, double seconds, uint64_t last_size, double seconds_left);
 
 #endif

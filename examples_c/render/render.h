@@ -30,8 +30,8 @@ typedef struct {
     double max_seconds;                                 /* 0: no limit */
     const volatile sig_atomic_t *stop;                  /* ends the rendering when it becomes non-zero */
     double start;                                       /* of the rendering, seconds_wall() */
-    /* Told now and then, on the calling thread, how many passes or mutations per pixel (with fraction) are done after how many seconds.
-       May be NULL. */
+    /* Told now and then, on the calling thread, how many passes, or mutations per pixel, are done (with fraction) after how many
+       seconds. May be NULL. */
     void (*report)(void *user, double done, double seconds);
     void *report_user;
     /* Told in words what the user may like to know. May be NULL. */

@@ -219,15 +219,16 @@ check "Ctrl-C: whole passes" header "$work/stopped.exr" "h['samplesPerPixel'] >=
 passes=$(number "$work/stopped.exr" samplesPerPixel)
 check "Ctrl-C: the same passes without" image whole --seed 3 --spp "$passes"
 check "Ctrl-C: the image is that of those passes" same "$work/stopped.exr" "$work/whole.exr"
-for integrator in bdpt mmlt; do
-    interrupt "stopped-$integrator" --integrator $integrator
-    check "$integrator: Ctrl-C: exit status 130, not $status" test "$status" -eq 130
-    check "$integrator: Ctrl-C: an image" test -s "$work/stopped-$integrator.exr" -a -s "$work/stopped-$integrator.png"
-done
 mean() { # FILE LOW HIGH
     "$python" -c "import sys; sys.path.insert(0, '$root/tests/validate'); from images import read; m = read(sys.argv[1]).mean(); print(m); sys.exit(not float(sys.argv[2]) < m < float(sys.argv[3]))" "$@"
 }
-check "mmlt: Ctrl-C: as bright as the whole image" mean "$work/stopped-mmlt.exr" 0.3 0.5
+for arguments in "bdpt" "mmlt" "mmlt --bootstrap 9000"; do # in passes, in the bootstrap, in rounds
+    interrupt stopped-other --integrator $arguments
+    check "$arguments: Ctrl-C: exit status 130, not $status" test "$status" -eq 130
+    check "$arguments: Ctrl-C: as bright as the whole image" mean "$work/stopped-other.exr" 0.3 0.5
+    check "$arguments: Ctrl-C: a preview" test -s "$work/stopped-other.png"
+    rm -f "$work"/stopped-other.*
+done
 
 check "no unfinished file is left" test -z "$(find "$work" -name '*.part')"
 
