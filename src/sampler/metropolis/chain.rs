@@ -39,7 +39,7 @@ pub struct State {
     pub mutations: u64,
     technique: Technique,
     random: ChainNumbers,
-    /// Size of small steps.
+    /// Size of the largest small steps.
     step: f64,
     /// How much of the current path is still to be splatted, and the mutation that made it.
     pending: f64,
@@ -70,11 +70,14 @@ pub struct Metropolis<'a, Q> {
 
 /// A small step's best rate of acceptance, about, in many dimensions.
 const TARGET_RATE: f64 = 0.3;
-const FIRST_STEP: f64 = 0.02;
+const FIRST_STEP: f64 = 0.1;
+/// Logarithm of the largest step's size over the smallest one's. Numbers that bear steps of very different sizes are in one path: with one size
+/// for all, squared errors were 1.5 times (`room`) and 1.9 times (`caustic`) as large.
+const STEP_RANGE: f64 = 4.0;
 /// How fast the size adapts: by this much at first, by half after so many mutations.
 const FIRST_GAIN: f64 = 2.0;
 const GAIN_DECAY: f64 = 1.0 / 8.0;
-const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=0.25;
+const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=0.5;
 
 /// A path of the chain, ready to be splatted.
 struct Sample {
@@ -253,8 +256,9 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let technique =
             if large { state.shares.technique(state.start.length as usize, random.next()) } else { state.technique };
         let count = technique.numbers();
+        let size = state.step * libm::exp(-STEP_RANGE * random.next());
         for (to, from) in room.numbers.iter_mut().zip(numbers).take(count) {
-            *to = if large { random.next() } else { step(*from, state.step, &mut || random.next()) };
+            *to = if large { random.next() } else { step(*from, size, &mut || random.next()) };
         }
         let made = room.numbers.get(..count).unwrap_or(&[]);
         self.sample(state, technique, made, &mut room.paths, &mut room.proposal, stats)?;
