@@ -1,5 +1,7 @@
 #include "embree_queries.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -200,6 +202,9 @@ static void set_segments(volgrad_hit *hit, traversal *ray, uint32_t medium, doub
     }
 }
 
+/* A collision so close to a surface that single precision puts it there: volgrad takes distances > 0 only. */
+static const double NEAREST = FLT_MIN;
+
 /* Returns the distance before rounding. */
 static double set_surface(volgrad_hit *hit, const traversal *ray, const struct RTCHit *found)
 {
@@ -211,6 +216,7 @@ static double set_surface(volgrad_hit *hit, const traversal *ray, const struct R
         uint32_t per_light = surface->primitives_per_light > 0 ? surface->primitives_per_light : 1;
         hit->light = surface->first_light + found->primID / per_light;
     }
+    point.t = fmax(point.t, NEAREST);
     hit->t = (float)point.t;
     hit->normal = vec3d_round(point.normal);
     hit->shading_normal = hit->normal;
