@@ -869,7 +869,8 @@ volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
                                        float *weights);
 
 // How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
-// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else.
+// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else, and take another seed, in `options` here
+// and there: samples of one seed and number share their random numbers, and what is learned must not know those that chains begin with.
 volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
                                    const float *weights,
                                    uintptr_t count,

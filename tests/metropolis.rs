@@ -33,8 +33,8 @@ fn metropolis(world: &World, shift: Option<volgrad::shift::Options>, samples: u6
         let mut chain_stats = ChainStats::default();
         let mut weights = vec![0.0; samples as usize];
         let alike = Techniques::alike(LENGTHS);
-        bootstrap(&scene, &world.geometry, options.seed, &alike, 0, &mut weights, &mut stats).expect("never stops");
-        let techniques = learn(options.seed, LENGTHS, &weights[..weights.len() / 4]);
+        bootstrap(&scene, &world.geometry, !options.seed, &alike, 0, &mut weights, &mut stats).expect("never stops");
+        let techniques = learn(!options.seed, LENGTHS, &weights[..weights.len() / 4]);
         bootstrap(&scene, &world.geometry, options.seed, &techniques, 0, &mut weights, &mut stats).expect("never stops");
         let plan = Plan::new(options.seed, &techniques, &weights, chains);
         let mut index = 0;

@@ -49,7 +49,8 @@ pub fn run<Q: Queries>(
     Ok(())
 }
 
-/// How often to try each technique, as samples that tried all alike tell.
+/// How often to try each technique, as samples that tried all alike tell. Their seed is not that of the samples to come, which would share
+/// their numbers.
 pub fn learn(seed: u64, lengths: Lengths, weights: &[f32]) -> Techniques {
     let alike = Techniques::alike(lengths);
     let mut squares = [[0.0; MAX_LENGTH + 1]; MAX_LENGTH + 1];

@@ -24,7 +24,7 @@ pub struct Options {
     /// Mutations before the first that counts, in which the size of small steps adapts.
     pub burn_in: u32,
     pub shift: Option<shift::Options>,
-    /// With shifts only each so-manieth mutation counts, as many times. 1 without.
+    /// Of paths that move only each so-manieth mutation counts, as many times. 1 without shifts.
     pub shift_every: u32,
 }
 
@@ -186,17 +186,20 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let mut room = self.begin(state, numbers, stats)?;
         let every = u64::from(self.options.shift_every);
         for _ in 0..count {
-            let worth = if state.mutations % every == 0 { every as f64 } else { 0.0 };
+            // Only what moves costs a batch: whether a path does depends on the path alone.
+            let of_batches = if state.mutations % every == 0 { every as f64 } else { 0.0 };
+            let worth = |sample: &Sample| if sample.moves { of_batches } else { 1.0 };
             let decision = self.decide(state, numbers, &mut room, stats)?;
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
             // the first splat: nothing has changed then.
-            let stay = state.pending + worth * (1.0 - decision.acceptance);
-            let come = worth * (decision.acceptance + if decision.large { 1.0 } else { 0.0 });
+            let stay = state.pending + worth(&room.current) * (1.0 - decision.acceptance);
+            let come = worth(&room.proposal) * (decision.acceptance + if decision.large { 1.0 } else { 0.0 });
             let (left, due) = if decision.accepted { (&room.current, stay) } else { (&room.proposal, come) };
             self.splat(state, left, due, &mut room.batch, film, stats)?;
             state.pending = if decision.accepted { come } else { stay };
             state.mutations += 1;
             chain_stats.count(&decision);
+            chain_stats.dropped += u64::from(room.proposal.target.is_nan());
             self.make(decision, state, numbers, &mut room);
         }
         Ok(())
