@@ -502,8 +502,8 @@ MUTANTS = [
     Mutant(
         "bidirectional: sampled as if all distances made a collision, but not so weighted",
         "src/sampler/bidirectional/subpath.rs",
-        "_ => self.pdf * vertex.arrival(&vertex.edge) / share,",
-        "_ => self.pdf * vertex.arrival(&vertex.edge),",
+        "self.pdf * vertex.arrival(&vertex.edge) / share",
+        "self.pdf * vertex.arrival(&vertex.edge)",
         "bidirectional densities_from_the_camera",
     ),
     Mutant(
