@@ -7,6 +7,7 @@
 #   make validate   the long comparison, and the long statistical tests
 #   make bench      times line integrals, paths and shifts, writes tables in README.md and demo/costs.png; BENCH_FLAGS=--quick for a look
 #   make peers      measures whole renders beside Mitsuba 3 for half an hour (MINUTES=28), writes the table in README.md
+#   make chains     measures Metropolis chains with and without shifts for a few minutes, writes the table in README.md
 #   make header     writes include/volgrad.h anew
 #
 # CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
@@ -31,7 +32,7 @@ HOST := $(wildcard examples_c/render/*.c)
 HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
 OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
 
-.PHONY: all deps demo test validate bench peers header clean test-rust test-c test-cli test-scenes FORCE
+.PHONY: all deps demo test validate bench peers chains header clean test-rust test-c test-cli test-scenes FORCE
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER)
@@ -115,6 +116,10 @@ PEERS_VENV := $(BUILD)/experiments-venv
 peers: deps $(PEERS_VENV)/ready
 	$(MAKE) $(RENDER)
 	$(PEERS_VENV)/bin/python experiments/peers.py --render $(RENDER) --output $(BUILD)/peers --minutes $(MINUTES)
+
+chains: deps $(PEERS_VENV)/ready
+	$(MAKE) $(RENDER)
+	$(PEERS_VENV)/bin/python experiments/chains.py --render $(RENDER) --output $(BUILD)/chains
 
 $(PEERS_VENV)/ready: experiments/requirements.txt requirements.txt | $(BUILD)
 	$(PYTHON) -m venv $(PEERS_VENV)

@@ -42,14 +42,13 @@ def _start(variant, home):
 _scenes = {}
 
 
-def _render(scene_file, integrator, spp, seed):
+def _render(scene_file, spp, seed):
     import mitsuba
 
     if scene_file not in _scenes:
         _scenes[scene_file] = mitsuba.load_file(str(scene_file))
-    chosen = mitsuba.load_dict({"type": integrator, "max_depth": -1, "rr_depth": 5})  # depths as in the scenes
     before = processor_seconds()
-    image = np.array(mitsuba.render(_scenes[scene_file], integrator=chosen, spp=spp, seed=seed))
+    image = np.array(mitsuba.render(_scenes[scene_file], spp=spp, seed=seed))
     return image.astype(np.float64), processor_seconds() - before
 
 
@@ -60,6 +59,6 @@ class Mitsuba:
         spawn = multiprocessing.get_context("spawn")
         self.pool = ProcessPoolExecutor(1, mp_context=spawn, initializer=_start, initargs=(variant, home))
 
-    def render(self, scene_file, integrator, spp, seed):
-        """The image, linear RGB, and the CPU-seconds."""
-        return self.pool.submit(_render, scene_file, integrator, spp, seed).result()
+    def render(self, scene_file, spp, seed):
+        """The image, linear RGB, and the CPU-seconds. The integrator is the scene's, volpath."""
+        return self.pool.submit(_render, scene_file, spp, seed).result()

@@ -1,7 +1,9 @@
-"""Whole renders beside Mitsuba 3: what error for how much processor time, of volgrad-render plain and with shifts and of four Mitsubas.
+"""Whole renders beside Mitsuba 3: what error for how much processor time, of volgrad-render's integrators with and without shifts, and of
+Mitsuba's volpath in its scalar and its compiled (llvm) variant.
 
 Every program renders every scene ROUNDS times, with other seeds, at two sample counts; all programs take turns, so that they see the same
-machine. Each uses one thread. The sample counts are such that a render of any program takes the same time, the short ones SHORT of that.
+machine. Each uses one thread. The sample counts are such that a render of a scene takes every program the same time, the short ones SHORT
+of that.
 
 * Time is user + system CPU-seconds: for volgrad-render of the whole process, with start-up, reading the scene and writing the image; for
   Mitsuba of the render call alone. What Mitsuba needs before (compiling kernels above all) is written down apart.
@@ -9,10 +11,11 @@ machine. Each uses one thread. The sample counts are such that a render of any p
   reference^2) / (reference^2 + (mean reference / 1000)^2). Its root is the relative RMSE.
 
 room and caustic hold a mirror and a glass sphere. No shift moves a path whose first or second vertex lies there. What such paths add to the
-error is measured by shifts over tiles of two sizes, with the seeds and sample counts of plain's short renders: these take the same paths,
-and the larger the tile, the less remains of the error of those that move (peers_report.py).
+error is measured by shifts over tiles of two sizes, with the seeds and sample counts of the path sampler's short renders: these take the
+same paths, and the larger the tile, the less remains of the error of those that move (peers_report.py).
 
-Writes peers.csv (all measurements), and from that peers.md, peers.png and the table in README.md (peers_report.py).
+Writes peers.csv (all measurements), and from that peers.md, peers.png and the table in README.md (peers_report.py); pictures of the last
+renders, to look at, into the output folder.
 """
 import argparse
 import csv
@@ -32,69 +35,103 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "validate"))
 
 import peers_report  # noqa: E402
-from peers_report import PLAIN, ROUNDS, SHIFTED, SPECULAR, TILES, tile_name  # noqa: E402
-from images import read, relative_mse  # noqa: E402
+from peers_report import BDPT, MMLT, MMLT_SHIFTED, PLAIN, ROUNDS, SCENES, SHIFTED, SPECULAR, TILES, tile_name  # noqa: E402
+from images import exposure_of, read, relative_mse, tonemap, upscale, write_side_by_side  # noqa: E402
 from mitsuba_renders import Mitsuba  # noqa: E402
 
 # The unbiased options that were best in each scene, found in trial runs with other seeds.
+TILE = "--shift exchangeable --shift-kernel tile"
 SHIFTS = {
-    "smoke": "--shift exchangeable --shift-kernel tile --shift-run 3 --shift-count 3",
-    "room": "--shift exchangeable --shift-kernel tile --shift-run 1 --shift-count 15",
-    "cloud": "--shift exchangeable --shift-kernel tile --shift-run 1 --shift-count 3",
-    "caustic": "--shift exchangeable --shift-kernel tile --shift-run 1 --shift-count 8",
+    "smoke": f"{TILE} --shift-run 3 --shift-count 3",
+    "room": f"{TILE} --shift-run 1 --shift-count 35",
+    "cloud": f"{TILE} --shift-run 1 --shift-count 3",
+    "caustic": f"{TILE} --shift-run 1 --shift-count 8",
 }
-MITSUBAS = [(v, i) for v in ("scalar_rgb", "llvm_ad_rgb") for i in ("volpath", "volpathmis")]
+CHAIN_SHIFTS = {
+    "smoke": f"{TILE} --shift-run 3 --shift-count 8",
+    "room": f"{TILE} --shift-run 1 --shift-count 15",
+    "cloud": f"{TILE} --shift-run 1 --shift-count 8",
+    "caustic": f"{TILE} --shift-run 1 --shift-count 15",
+}
+# Samples that tell the brightness are so many for each mutation that both errors fall alike. By default volgrad-render takes more of them
+# in short renders, fewer in long ones.
+BOOTSTRAP = 1 / 5
+VARIANTS = ["scalar_rgb", "llvm_ad_rgb"]
+SECONDS = {"smoke": 0.5, "room": 1.5, "cloud": 0.5, "caustic": 1.5}  # of a long render, relative to the mean: more where 10 % is far
 SHORT = 1 / 4  # sample count of the short renders, by which error ~ 1/time is checked
-TILE_COST = 2  # of all tile renders together, in cells, roughly
-PILOT = 4  # samples per pixel of the render that tells the speed
+PIXELS = 128 * 128
+PILOTS = 2  # renders that tell the speed, beside ROUNDS + 1 that count or warm up
+TILE_COST = 1  # of all tile renders together, in cells of mean length, roughly
+FIRST = 4  # samples per pixel of the first render
 SEED = 1_000_000  # Mitsuba's references were made with seeds 0, 1, 2...: the same seed is the same noise
+ZOOM = 2  # of pictures
 
 
 @dataclass
 class Scene:
     name: str
-    shift: list
 
     @property
     def file(self):
         return ROOT / "scenes" / f"{self.name}.xml"
 
     def reference(self):
-        return (read(ROOT / "scenes" / "reference" / f"{self.name}{kind}.exr") for kind in ("", "_stderr"))
+        return tuple(read(ROOT / "scenes" / "reference" / f"{self.name}{kind}.exr") for kind in ("", "_stderr"))
 
 
-# ---- programs: (scene, spp, seed) -> image, CPU-seconds ----
+# ---- programs: (scene, count per pixel, seed) -> image, CPU-seconds ----
 
 
 class Volgrad:
     def __init__(self, name, renderer, output, options):
-        """options: of a scene."""
+        """options: a command line's, of a scene's name and a count."""
         self.name, self.renderer, self.file, self.options = name, renderer, output / "volgrad.exr", options
+        self.printed = ""
 
-    def render(self, scene, spp, seed):
-        options = ["--spp", str(spp), "--seed", str(seed), "--threads", "1", "--quiet", *self.options(scene)]
+    def render(self, scene, count, seed):
+        options = ["--seed", str(seed), "--threads", "1", "--quiet", *self.options(scene.name, count).split()]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([self.renderer, scene.file, "-o", self.file, *options], check=True)
+        done = subprocess.run([self.renderer, scene.file, "-o", self.file, *options], check=True, stdout=subprocess.PIPE, text=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self.printed = done.stdout
         return read(self.file), after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-class Peer:
-    def __init__(self, variant, integrator, process):
-        self.name, self.integrator, self.process = f"Mitsuba {variant.split('_')[0]} {integrator}", integrator, process
+def paths(scene, count):
+    return f"--spp {count}"
 
-    def render(self, scene, spp, seed):
-        return self.process.render(scene.file, self.integrator, spp, SEED + seed)
+
+def shifted_paths(scene, count):
+    return f"{paths(scene, count)} {SHIFTS[scene]}"
+
+
+def bidirectional(scene, count):
+    return f"{paths(scene, count)} --integrator bdpt"
+
+
+def chains(scene, count):
+    return f"--integrator mmlt --mutations {count} --bootstrap {round(BOOTSTRAP * count * PIXELS)}"
+
+
+def shifted_chains(scene, count):
+    return f"{chains(scene, count)} {CHAIN_SHIFTS[scene]}"
+
+
+class Peer:
+    def __init__(self, variant, home):
+        self.name, self.process = f"Mitsuba {variant.split('_')[0]}", Mitsuba(variant, home)
+
+    def render(self, scene, count, seed):
+        return self.process.render(scene.file, count, SEED + seed)
 
 
 def all_programs(renderer, output):
-    """volgrad's two, and those Mitsubas that run here."""
-    programs = [Volgrad(PLAIN, renderer, output, lambda scene: []), Volgrad(SHIFTED, renderer, output, lambda scene: scene.shift)]
-    processes = {variant: Mitsuba(variant, output / "home") for variant, _ in MITSUBAS}
-    for variant, integrator in MITSUBAS:
-        peer = Peer(variant, integrator, processes[variant])
+    """volgrad's, and those Mitsubas that run here."""
+    commands = {PLAIN: paths, SHIFTED: shifted_paths, BDPT: bidirectional, MMLT: chains, MMLT_SHIFTED: shifted_chains}
+    programs = [Volgrad(name, renderer, output, options) for name, options in commands.items()]
+    for peer in [Peer(v, output / "home") for v in VARIANTS]:
         try:
-            peer.render(Scene("smoke", []), 1, 0)
+            peer.render(Scene("smoke"), 1, 0)
             programs.append(peer)
         except BrokenProcessPool:
             print(f"{peer.name}: does not run here, left out (llvm variants need libLLVM, of Debian's libllvm19 for example)", flush=True)
@@ -103,8 +140,8 @@ def all_programs(renderer, output):
 
 def tile_programs(renderer, output):
     for pixels in TILES:
-        count = ["--shift-count", str(pixels - 1)]  # the last one given counts
-        yield Volgrad(tile_name(pixels), renderer, output, lambda scene, count=count: scene.shift + count)
+        tile = f" --shift-count {pixels - 1}"  # the last one given counts
+        yield Volgrad(tile_name(pixels), renderer, output, lambda scene, count, tile=tile: shifted_paths(scene, count) + tile)
 
 
 # ---- measurement ----
@@ -112,7 +149,7 @@ def tile_programs(renderer, output):
 
 @dataclass
 class Cell:
-    """What one program renders of one scene in each round: samples per pixel of the long and the short render."""
+    """What one program renders of one scene in each round: samples, or mutations, per pixel of the long and the short render."""
 
     scene: Scene
     program: object
@@ -120,62 +157,87 @@ class Cell:
 
 
 def plan(scene, program, seconds):
-    """The sample counts that take so long. The first render may compile something; the second tells the speed."""
-    program.render(scene, PILOT, 0)
-    _, pilot = program.render(scene, PILOT, 1)
-    spp = max(2, round(PILOT * seconds / pilot))
-    print(f"{scene.name:8} {program.name:26} {spp:6} samples per pixel in {seconds:.1f} s", flush=True)
-    return Cell(scene, program, {"long": spp, "short": max(1, round(spp * SHORT))})
+    """The counts that take so long. The first render may compile something, and its time is mostly starting up."""
+    count = FIRST
+    for pilot in range(PILOTS):
+        _, took = program.render(scene, count, pilot)
+        count = max(2, round(count * seconds / took))
+    print(f"{scene.name:8} {program.name:26} {count:6} per pixel in {seconds:.1f} s", flush=True)
+    return Cell(scene, program, {"long": count, "short": max(1, round(count * SHORT))})
 
 
 def make_cells(programs, tiles, minutes):
-    seconds = 60 * minutes / (len(SHIFTS) * len(programs) + TILE_COST) / (ROUNDS + 1) / (1 + SHORT)
-    for name, shift in SHIFTS.items():
-        scene = Scene(name, shift.split())
-        cells = [plan(scene, p, seconds) for p in programs]
+    mean_seconds = 60 * minutes / (len(SCENES) * len(programs) + TILE_COST) / ((ROUNDS + 1) * (1 + SHORT) + PILOTS - 1)
+    for scene in map(Scene, SCENES):
+        cells = [plan(scene, p, mean_seconds * SECONDS[scene.name]) for p in programs]
         yield from cells
-        if name in SPECULAR:
+        if scene.name in SPECULAR:
             yield from (Cell(scene, t, {"short": cells[0].counts["short"]}) for t in tiles)
 
 
-def measure(cells):
+def measure(cells, pictures):
     """Round 0 warms up: Mitsuba compiles its kernels anew for each sample count."""
     for number in range(ROUNDS + 1):
         for cell in cells:
             reference, stderr = cell.scene.reference()
-            for length, spp in cell.counts.items():
-                seed = 2 * number + (length == "short") + 2  # after the pilots'
-                image, seconds = cell.program.render(cell.scene, spp, seed)
+            for length, count in cell.counts.items():
+                seed = 2 * number + (length == "short") + PILOTS
+                image, seconds = cell.program.render(cell.scene, count, seed)
                 mse = relative_mse(image, reference, stderr)
-                yield cell.scene.name, cell.program.name, length, number, spp, f"{seconds:.4f}", f"{mse:.6g}", f"{image.mean():.7g}"
+                yield cell.scene.name, cell.program.name, length, number, count, f"{seconds:.4f}", f"{mse:.6g}", f"{image.mean():.7g}"
+                if length == "long" and number > 0:
+                    pictures.add(cell, image)
         print(f"round {number} of {ROUNDS}", flush=True)
+
+
+class Pictures:
+    """The last long renders and their means over the rounds, beside the references."""
+
+    def __init__(self):
+        self.images = {}
+
+    def add(self, cell, image):
+        self.images.setdefault(cell.scene.name, {}).setdefault(cell.program.name, []).append(image)
+
+    def write(self, folder):
+        for scene, programs in self.images.items():
+            reference, _ = Scene(scene).reference()
+            exposure = exposure_of(reference)
+            for name, choose in (("last", lambda all: all[-1]), ("mean", lambda all: sum(all) / len(all))):
+                parts = [("reference", reference), *((p, choose(all)) for p, all in programs.items())]
+                write_side_by_side(folder / f"{scene}-{name}.png", [(p, upscale(tonemap(i, exposure), ZOOM)) for p, i in parts])
 
 
 def machine(renderer):
     model = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) if os.path.exists("/proc/cpuinfo") else None
     version = subprocess.run([renderer, "--version"], capture_output=True, text=True).stdout.strip()
-    import mitsuba
+    return (f"{time.strftime('%Y-%m-%d')}, {model[1] if model else platform.processor()}, {version}, one thread each, "
+            f"load of the machine before: {os.getloadavg()[0]:.1f}")
 
-    return (f"{time.strftime('%Y-%m-%d')}, {model[1] if model else platform.processor()}, {version}, Mitsuba {mitsuba.__version__}, "
-            f"one thread each, load of the machine before: {os.getloadavg()[0]:.1f}")
+
+def write_rows(table, about, columns, rows):
+    with open(table, "w", newline="") as file:
+        file.write(f"# {about}\n")
+        csv.writer(file, lineterminator="\n").writerows([columns, *rows])
 
 
 def measure_all(renderer, output, minutes, table):
+    import mitsuba
+
     shutil.rmtree(output / "home", ignore_errors=True)  # kernels compiled by an earlier call
     (output / "home").mkdir(parents=True)
-    about = machine(renderer)
-    programs = all_programs(renderer, output)
-    rows = list(measure(list(make_cells(programs, list(tile_programs(renderer, output)), minutes))))
-    with open(table, "w", newline="") as file:
-        file.write(f"# {about}\n")
-        csv.writer(file, lineterminator="\n").writerows([peers_report.COLUMNS, *rows])
+    about = f"Mitsuba {mitsuba.__version__}, {machine(renderer)}"
+    programs, pictures = all_programs(renderer, output), Pictures()
+    cells = list(make_cells(programs, list(tile_programs(renderer, output)), minutes))
+    write_rows(table, about, peers_report.COLUMNS, list(measure(cells, pictures)))
+    pictures.write(output)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--render", default="build/volgrad-render", help="the renderer")
     parser.add_argument("--output", default="build/peers", help="folder for what is not kept")
-    parser.add_argument("--minutes", type=float, default=28, help="of rendering; planning takes two more")
+    parser.add_argument("--minutes", type=float, default=28, help="of rendering, roughly")
     parser.add_argument("--report", action="store_true", help="measure nothing, write the tables of peers.csv anew")
     arguments = parser.parse_args()
     table = ROOT / "experiments" / "peers.csv"

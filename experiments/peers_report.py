@@ -16,17 +16,17 @@ from matplotlib.ticker import LogLocator  # noqa: E402
 ROOT = Path(__file__).resolve().parents[1]
 
 ROUNDS = 8
-STUDENT = 2.365  # 97.5 % quantile of Student's t with ROUNDS - 1 degrees of freedom
+STUDENT = {5: 2.776, 8: 2.365}  # by rounds: 97.5 % quantile of Student's t with one degree of freedom less
 TARGET = 0.1  # relative RMSE
 COLUMNS = ["scene", "program", "length", "round", "spp", "cpu_seconds", "relative_mse", "image_mean"]
 SCENES = ["smoke", "room", "cloud", "caustic"]
 SPECULAR = ["room", "caustic"]  # scenes with surfaces beside which paths do not move
-PLAIN, SHIFTED = "volgrad", "volgrad, shifts"
+OURS = PLAIN, SHIFTED, BDPT, MMLT, MMLT_SHIFTED = "path", "path + shifts", "bdpt", "mmlt", "mmlt + shifts"
 TILES = [9, 16]  # pixels
 
 
 def tile_name(pixels):
-    return f"volgrad, tile of {pixels}"
+    return f"path + tile of {pixels}"
 
 
 # ---- measurements and statistics ----
@@ -53,8 +53,9 @@ class Measurements:
         """CPU-seconds to the target, by round."""
         return self.column(scene, program, "relative_mse", length) * self.column(scene, program, "cpu_seconds", length) / TARGET**2
 
-    def best_peer(self, scene):
-        return min((p for p in self.programs if p not in (PLAIN, SHIFTED)), key=lambda p: self.cost(scene, p).mean())
+    def best(self, scene, ours):
+        """The program of volgrad's, or of the others, that takes the least time to the target."""
+        return min((p for p in self.programs if (p in OURS) == ours), key=lambda p: self.cost(scene, p).mean())
 
 
 def jackknife(statistic, *columns):
@@ -66,7 +67,8 @@ def jackknife(statistic, *columns):
 
 def interval_of_log(statistic, *columns):
     value, error = jackknife(lambda *means: np.log(statistic(*means)), *columns)
-    return np.exp([value, value - STUDENT * error, value + STUDENT * error])
+    reach = STUDENT[len(columns[0])] * error
+    return np.exp([value, value - reach, value + reach])
 
 
 def mean(column):
@@ -100,7 +102,7 @@ def movable(m, scene):
         left = still(*means[:3])
         return (1 - left) / (means[tile] / means[0] - left) * means[3] / means[4]
 
-    return shown(*interval_of_log(gain, *errors, *times)), f"{share:.0%} ± {STUDENT * error:.0%}"
+    return shown(*interval_of_log(gain, *errors, *times)), f"{share:.0%} ± {STUDENT[ROUNDS] * error:.0%}"
 
 
 # ---- tables ----
@@ -116,21 +118,22 @@ def markdown(header, rows):
 
 
 def readme_row(m, scene):
-    plain, shifted, peer = (m.cost(scene, p) for p in (PLAIN, SHIFTED, m.best_peer(scene)))
-    costs = [shown(*mean(c)) for c in (plain, shifted, peer)]
-    cells = [scene, *costs[:2], f"{costs[2]} {m.best_peer(scene).removeprefix('Mitsuba ')}"]
-    return cells + [shown(*ratio(peer, plain)), shown(*ratio(plain, shifted)), *movable(m, scene)]
+    ours, peer = m.best(scene, True), m.best(scene, False)
+    costs = {p: shown(*mean(m.cost(scene, p))) for p in (*OURS, peer)}
+    costs[ours] = f"**{costs[ours]}**"
+    costs[peer] += f" {peer.removeprefix('Mitsuba ')}"
+    return [scene, *costs.values(), shown(*ratio(m.cost(scene, peer), m.cost(scene, ours)))]
 
 
-README = """CPU-seconds to an image of 128 x 128 pixels with 10 % relative RMSE, with 95 % intervals ({about}).
-All measurements, and what the last two columns mean: [experiments/peers.md](experiments/peers.md); again with `make peers`.
+README = """CPU-seconds to an image of 128 x 128 pixels with 10 % relative RMSE, with 95 % intervals, of `--integrator path`, `bdpt` and `mmlt`, and of
+Mitsuba's `volpath` in the variant that is faster there ({about}). The last column is also how much lower the squared error of
+volgrad's best is in equal time. All measurements: [experiments/peers.md](experiments/peers.md); again with `make peers`.
 
 {table}"""
 
 
 def readme_text(m):
-    header = ["scene", "volgrad", "with shifts", "Mitsuba's best", "Mitsuba : volgrad", "volgrad : with shifts"]
-    header += ["the same, of what can be shifted", "error that cannot"]
+    header = ["scene", *OURS, "Mitsuba's best", "Mitsuba's best : volgrad's best"]
     return README.format(about=m.about, table=markdown(header, [readme_row(m, s) for s in SCENES]))
 
 
@@ -149,7 +152,7 @@ def detail_row(m, scene, program):
     law = ratio(m.cost(scene, program, "short"), m.cost(scene, program))
     cells = [scene, program, f"{spp[0]:.0f}", f"{np.median(seconds):.2f}", f"{np.median(spp / seconds) * 128 * 128 / 1e6:.3f}"]
     cells += [shown(*mean(m.cost(scene, program))), shown(*law), *bias(m, scene, program)]
-    return cells + [f"{max(0, m.warm_up(scene, program)):.1f}" if program not in (PLAIN, SHIFTED) else "in the time"]
+    return cells + [f"{max(0, m.warm_up(scene, program)):.1f}" if program not in OURS else "in the time"]
 
 
 DETAILS = """# Whole renders beside Mitsuba 3
@@ -157,16 +160,20 @@ Written by `make peers`. {about}. How it was measured: [peers.py](peers.py). Eve
 
 {table}
 
+* *per pixel*: samples; for `mmlt`, mutations.
 * *time to 10 %*: CPU-seconds, mean over {rounds} rounds of relative MSE x time, over 0.01; 95 % intervals.
 * *short : long* is that from the short renders over that from the long: 1 where the squared error falls as 1/time.
 * *mean* is the whole image's over the reference's, *z* the difference in standard errors of both. The reference of `smoke` itself is only
   known to 0.3 % (scenes/README.md).
 * *compiling*: CPU-seconds per scene and sample count before the first image, not in the time. volgrad-render's start-up is in the time.
 
+## What shifts do to the path sampler
+{shifts}
+
 In `room` and `caustic` no shift moves a path whose first or second vertex lies on the mirror or the glass sphere. They are
-rendered once more with plain's seeds, and so its paths, and shifts over tiles of m = {tiles} pixels. If all paths moved, and all pixels of
-a tile got the same of each, the squared error V(m) would be plain's over m. What V(m) = still + moving/m leaves for large m is the *error
-that cannot* (be shifted), as a share of plain's at equal samples. Paths that move, but that light does not reach from elsewhere in the
+rendered once more with the seeds of `path`, and so its paths, and shifts over tiles of m = {tiles} pixels. If all paths moved, and all pixels of
+a tile got the same of each, the squared error V(m) would be that of `path` over m. What V(m) = still + moving/m leaves for large m is the *error
+that cannot* (be shifted), as a share of that of `path` at equal samples. Paths that move, but that light does not reach from elsewhere in the
 tile, count there too. *Of what can be shifted* is the ratio of the moving parts without and with shifts, in equal time.
 
 ![error over time](peers.png)
@@ -174,10 +181,11 @@ tile, count there too. *Of what can be shifted* is the ratio of the moving parts
 
 
 def details_text(m):
-    header = ["scene", "program", "samples per pixel", "CPU-seconds", "M samples per CPU-second", "time to 10 %", "short : long"]
-    rows = [detail_row(m, s, p) for s in SCENES for p in m.programs]
-    table = markdown([*header, "mean", "z", "compiling"], rows)
-    return DETAILS.format(about=m.about, table=table, rounds=ROUNDS, tiles=" and ".join(map(str, TILES)))
+    header = ["scene", "program", "per pixel", "CPU-seconds", "M per CPU-second", "time to 10 %", "short : long", "mean", "z", "compiling"]
+    table = markdown(header, [detail_row(m, s, p) for s in SCENES for p in m.programs])
+    gains = [[s, shown(*ratio(m.cost(s, PLAIN), m.cost(s, SHIFTED))), *movable(m, s)] for s in SCENES]
+    shifts = markdown(["scene", "path : path + shifts", "the same, of what can be shifted", "error that cannot"], gains)
+    return DETAILS.format(about=m.about, table=table, shifts=shifts, rounds=ROUNDS, tiles=" and ".join(map(str, TILES)))
 
 
 # ---- plot ----
