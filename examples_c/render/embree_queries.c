@@ -1,5 +1,6 @@
 #include "embree_queries.h"
 
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -165,7 +166,9 @@ static void traversal_start(traversal *ray, const scene *scene, const volgrad_ra
     ray->direction = vec3d_from(asked->direction);
     ray->t_min = asked->t_min;
     ray->t_max = asked->t_max;
+    ray->shear = shear_of(ray->origin, ray->direction);
     ray->passes_all = 0;
+    ray->shape = VOLGRAD_NONE;
     crossings_clear(&ray->crossings);
 }
 
@@ -191,7 +194,7 @@ static volgrad_hit unanswerable(const volgrad_ray *ray)
     return hit;
 }
 
-/* The media up to `end`. */
+/* The media up to `end`, in a hit that has none yet. */
 static void set_segments(volgrad_hit *hit, traversal *ray, uint32_t medium, double end)
 {
     hit->segment_count = crossings_segments(&ray->crossings, medium, end, hit->segments);
@@ -200,23 +203,28 @@ static void set_segments(volgrad_hit *hit, traversal *ray, uint32_t medium, doub
     }
 }
 
-/* Returns the distance before rounding. */
-static double set_surface(volgrad_hit *hit, const traversal *ray, const struct RTCHit *found)
+/* No surface. Segments are what makes hits large, and stay as they are. */
+static void clear(volgrad_hit *hit)
 {
-    const shape *surface = &ray->scene->shapes[found->geomID];
-    surface_point point = traversal_hit_point(ray, found);
+    memset(hit, 0, offsetof(volgrad_hit, segments));
+    hit->kind = VOLGRAD_HIT_NONE;
+    hit->light = VOLGRAD_NONE;
+}
+
+static void set_surface(volgrad_hit *hit, const traversal *ray)
+{
+    const shape *surface = &ray->scene->shapes[ray->shape];
     hit->kind = VOLGRAD_HIT_SURFACE;
     hit->material = surface->material;
     if (surface->first_light != VOLGRAD_NONE) {
         uint32_t per_light = surface->primitives_per_light > 0 ? surface->primitives_per_light : 1;
-        hit->light = surface->first_light + found->primID / per_light;
+        hit->light = surface->first_light + ray->primitive / per_light;
     }
-    hit->t = (float)point.t;
-    hit->normal = vec3d_round(point.normal);
+    hit->t = (float)ray->point.t;
+    hit->normal = vec3d_round(vec3d_unit(ray->point.normal));
     hit->shading_normal = hit->normal;
     hit->medium_outside = surface->medium_outside;
     hit->medium_inside = surface->medium_inside;
-    return point.t;
 }
 
 static void intersect_one(const embree_queries *queries, const volgrad_ray *asked, volgrad_hit *hit)
@@ -225,12 +233,11 @@ static void intersect_one(const embree_queries *queries, const volgrad_ray *aske
     traversal_start(&ray, queries->scene, asked);
     struct RTCRayHit rayhit = {.ray = embree_ray(asked), .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
     embree_intersect(queries->tree, &ray.context, &rayhit);
-    double end = ray.t_max;
-    *hit = (volgrad_hit){.kind = VOLGRAD_HIT_NONE, .light = VOLGRAD_NONE};
-    if (rayhit.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
-        end = set_surface(hit, &ray, &rayhit.hit);
+    clear(hit);
+    if (ray.shape != VOLGRAD_NONE) {
+        set_surface(hit, &ray);
     }
-    set_segments(hit, &ray, asked->medium, end);
+    set_segments(hit, &ray, asked->medium, ray.shape != VOLGRAD_NONE ? ray.point.t : ray.t_max);
 }
 
 static void occluded_one(const embree_queries *queries, const volgrad_ray *asked, volgrad_hit *hit)
@@ -239,7 +246,7 @@ static void occluded_one(const embree_queries *queries, const volgrad_ray *asked
     traversal_start(&ray, queries->scene, asked);
     struct RTCRay embree = embree_ray(asked);
     embree_occluded(queries->tree, &ray.context, &embree);
-    *hit = (volgrad_hit){.kind = VOLGRAD_HIT_NONE, .light = VOLGRAD_NONE};
+    clear(hit);
     if (embree.tfar < 0.0f) { /* Embree's sign for occluded */
         hit->kind = VOLGRAD_HIT_SURFACE;
     } else {
