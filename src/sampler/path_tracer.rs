@@ -250,6 +250,9 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let length = if on_surface { self.start + f64::from(hit.t) } else { f64::INFINITY };
         let line = self.line(length, hit.media());
         let share = if depth == 1 { self.look(&hit) } else { 1.0 };
+        if depth == 1 && !self.leads_on(&hit) {
+            return Ok(None);
+        }
         match sample_distance(&line, share * number(numbers, Slot::Distance)) {
             Flight::Collision { t, medium, optical_depth, pdf } => {
                 Ok(self.collide(depth, hit, t, medium, optical_depth, pdf / share))
@@ -279,6 +282,12 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
         if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
+    }
+
+    /// Whether there are longer paths to render that begin with the ray to `hit`: by a collision, or from the surface.
+    fn leads_on(&self, hit: &Hit) -> bool {
+        let bsdf = self.scene.materials.get(hit.material as usize).filter(|_| hit.kind == HIT_SURFACE);
+        self.options.goes_beyond(1, false) || bsdf.is_some_and(Bsdf::is_specular) && self.options.goes_beyond(1, true)
     }
 
     /// The nearest surface and the media up to it; None if they are too many.
