@@ -21,6 +21,8 @@ const DEPTH: f32 = 4.0;
 const PHASE: Phase = Phase { g: 0.7 };
 const SEED: u64 = 1;
 const PATHS: usize = 200;
+/// From one path's pixel to the next one's: without a common factor with the number of pixels, and so all over the image.
+const SPREAD: u32 = 2531;
 /// Edges. A run of eight vertices and something beyond it.
 const MAX_DEPTH: u32 = 12;
 
@@ -91,7 +93,7 @@ fn samples(scene: &Scene, options: &Options) -> Vec<Sample> {
 
 fn sample(tracer: &PathTracer<Open>, pass: u64) -> Option<Sample> {
     let (scene, options) = (tracer.scene, tracer.options.shift?);
-    let pixel = pass as u32 % (CAMERA.width * CAMERA.height);
+    let pixel = (pass as u32 * SPREAD) % (CAMERA.width * CAMERA.height);
     let place = DVec2::new((pixel % CAMERA.width).into(), (pixel / CAMERA.width).into()) + 0.5;
     let mut view = [View::through(scene, place, DVec2::ZERO)];
     View::trace(&mut view, scene, &Open).ok()?;

@@ -368,6 +368,13 @@ typedef struct volgrad_chain_options {
   struct volgrad_shift_options shift;
 } volgrad_chain_options;
 
+// How often each path length and each technique is tried, as `volgrad_chain_learn` finds it.
+typedef struct volgrad_chain_techniques {
+  // Running sums of probabilities: over the lengths 0 ... VOLGRAD_MAX_LENGTH in the first row; in row k + 1 over the techniques for k edges, by
+  // the number of their camera's vertices less 1.
+  float shares[66][65];
+} volgrad_chain_techniques;
+
 // Where a chain begins, as `volgrad_chain_plan` finds it.
 typedef struct volgrad_chain_start {
   // Number of the bootstrap sample, and the edges of its path.
@@ -625,6 +632,8 @@ typedef struct volgrad_path_sampler_options {
   // Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
   struct volgrad_shift_options shift;
   // Paths of left_out_first ... left_out_last edges are left out, because another sampler renders them; none if the first is 0.
+  // Light that the camera sees directly, or through nothing but specular surfaces, is left out only if left_out_first is 1: other
+  // samplers leave it to this one, which renders all of it in few passes.
   uint32_t left_out_first;
   uint32_t left_out_last;
 } volgrad_path_sampler_options;
@@ -848,14 +857,24 @@ volgrad_status volgrad_bidirectional_run(const struct volgrad_scene *scene,
 volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
 
 // Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
-// the image is, and where chains may begin. All path lengths take turns, so the array for all samples starts with number 0 and has no gaps;
-// threads fill parts of it.
+// the image is, and where chains may begin. The array for all samples starts with number 0 and has no gaps;
+// threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples of that kind
+// `volgrad_chain_learn` makes a better choice, for a new array.
 volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
                                        const struct volgrad_queries *queries,
                                        const struct volgrad_chain_options *options,
+                                       const struct volgrad_chain_techniques *techniques,
                                        uint64_t first,
                                        uint32_t count,
                                        float *weights);
+
+// How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
+// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else, and take another seed, in `options` here
+// and there: samples of one seed and number share their random numbers, and what is learned must not know those that chains begin with.
+volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
+                                   const float *weights,
+                                   uintptr_t count,
+                                   struct volgrad_chain_techniques *techniques);
 
 // Shares about `wanted` chains out among the path lengths, in proportion to their brightness, and picks a bootstrap sample for each to begin
 // with: `weights` are those of all samples, from number 0 on. Writes result->chain_count starts, VOLGRAD_MAX_LENGTH more than wanted at most;
@@ -864,6 +883,7 @@ volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
 // The expected image is right whatever the number of samples; brightness is known to result->relative_error, so it differs that much between
 // seeds. More samples make it less.
 volgrad_status volgrad_chain_plan(const struct volgrad_chain_options *options,
+                                  const struct volgrad_chain_techniques *techniques,
                                   const float *weights,
                                   uintptr_t count,
                                   uint32_t wanted,
@@ -874,13 +894,14 @@ volgrad_status volgrad_chain_plan(const struct volgrad_chain_options *options,
 // Memory that a chain with these options needs: less than 3 KiB, 1 KiB for paths of up to 16 edges.
 volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, uintptr_t *bytes);
 
-// Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. There is
-// nothing else to free. `stats` may be NULL.
+// Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. `options` and
+// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL.
 volgrad_status volgrad_chain_init(void *memory,
                                   uintptr_t bytes,
                                   const struct volgrad_scene *scene,
                                   const struct volgrad_queries *queries,
                                   const struct volgrad_chain_options *options,
+                                  const struct volgrad_chain_techniques *techniques,
                                   const struct volgrad_chain_start *start,
                                   struct volgrad_chain_stats *stats,
                                   struct volgrad_chain **chain);

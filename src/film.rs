@@ -32,7 +32,8 @@ impl Film<'_> {
             return;
         };
         for (sum, v) in cell.0.iter_mut().zip(value.to_array()) {
-            *sum = sum.saturating_add(fixed_point(v));
+            let v = fixed_point(v);
+            *sum = sum.checked_add(v).unwrap_or_else(|| end_of_range(v));
         }
     }
 
@@ -55,13 +56,25 @@ impl Film<'_> {
     }
 }
 
-/// In units of [`LEAST`], towards 0. In two halves of 32 bits behind the point: both conversions are then instructions of the processor.
+/// Where a sum stays that would leave the range by adding `v`. (Cold, so that it is a branch: it does not happen.)
+#[cold]
+fn end_of_range(v: i128) -> i128 {
+    if v < 0 { i128::MIN } else { i128::MAX }
+}
+
+/// In units of [`LEAST`], rounded to the nearest, for values below [`LARGEST`].
 fn fixed_point(v: f64) -> i128 {
-    const HALF: f64 = 4_294_967_296.0;
-    // Less than 2⁶², as values are less than `LARGEST`.
-    let high = (v * HALF) as i64;
-    let low = (v * HALF - high as f64) * HALF;
-    (i128::from(high) << 32) + i128::from(low as i64)
+    /// Added to a number below 2⁵¹, this leaves the nearest integer in the low bits of the sum.
+    const INTEGER_IN_LOW_BITS: f64 = 6_755_399_441_055_744.0;
+    const BITS_OF_HIGH: u32 = 20;
+    const BITS_OF_LOW: u32 = 64 - BITS_OF_HIGH;
+    let integer = |sum: f64| i128::from(sum.to_bits() as i64 - INTEGER_IN_LOW_BITS.to_bits() as i64);
+    let scaled = v * (1u64 << BITS_OF_HIGH) as f64;
+    let high = scaled + INTEGER_IN_LOW_BITS;
+    // At most a half: the subtractions are exact.
+    let rest = scaled - (high - INTEGER_IN_LOW_BITS);
+    let low = rest * (1u64 << BITS_OF_LOW) as f64 + INTEGER_IN_LOW_BITS;
+    (integer(high) << BITS_OF_LOW) + integer(low)
 }
 
 impl Cell {

@@ -5,7 +5,7 @@ mod toy;
 use std::cell::Cell;
 use toy::batch::{batch, record, splats};
 use toy::scenes::{World, camera, edges_with_specular_surfaces, homogeneous};
-use volgrad::math::{Colour, DVec2, DVec3};
+use volgrad::math::{Colour, DVec2, DVec3, DVec4, exp_of_small};
 use volgrad::medium::Segment;
 use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, Vertex};
 use volgrad::phase::Phase;
@@ -229,4 +229,19 @@ fn rays_end_where_members_do() {
         assert_eq!(stats.occlusion_rays, 7 * (on_image - 1));
     }
     assert!(outside > 100);
+}
+
+/// Against libm, whose error is below an ulp.
+#[test]
+fn exp_of_small_is_exp() {
+    let largest = 4_f64.ln();
+    let steps = 10_000;
+    for i in -steps..=steps {
+        let x = largest * f64::from(i) / f64::from(steps);
+        let [a, b, c, d] = exp_of_small(DVec4::new(x, 0.0, -x, 0.5 * x)).to_array();
+        assert_eq!(b, 1.0);
+        for (value, exact) in [(a, x.exp()), (c, (-x).exp()), (d, (0.5 * x).exp())] {
+            assert!((value - exact).abs() <= 1e-15 * exact, "exp {x}: {value:e}, {exact:e}");
+        }
+    }
 }

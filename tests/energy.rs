@@ -7,13 +7,11 @@
 mod toy;
 
 use toy::estimate::{Estimate, scale};
-use toy::scenes::{World, camera, edges_under_area_lights, grid, homogeneous, rectangle};
-use volgrad::math::{Colour, DMat3, DVec3, Rgb};
+use toy::scenes::{World, camera, edges_under_area_lights, environment_map, grid, homogeneous, rectangle};
+use volgrad::math::{Colour, DVec3};
 use volgrad::medium::Medium;
 use volgrad::sampler;
-use volgrad::scene::{
-    Bsdf, Conductor, EnvironmentMap, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric, running_sums, sums_length,
-};
+use volgrad::scene::{Bsdf, Conductor, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric};
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
 const WHITE: [f64; 3] = [1.0; 3];
@@ -66,7 +64,7 @@ fn furnace_with_walls() {
         .surface(rectangle([-0.8, -0.8, 0.5001], across, up), white)
         .surface(rectangle([0.3, -0.6, -0.6], [0.0, 1.2, 0.2], [0.6, 0.0, 0.0]), mirror)
         .surface(rectangle([0.3, -0.6, -0.5999], [0.6, 0.0, 0.0], [0.0, 1.2, 0.2]), mirror);
-    assert_furnace("walls", &world, 1024, None);
+    assert_furnace("walls", &world, 1536, None);
 }
 
 #[test]
@@ -146,16 +144,6 @@ fn how_often_a_light_is_picked_changes_nothing_on_rough_surfaces() {
     let scores = estimate(50.0, Some(shift)).paired_scores(&often);
     println!("shifted: {scores:?}");
     assert!(scores.pixel.abs() < 4.8 && scores.total.abs() < 4.0, "{scores:?}");
-}
-
-/// An image of 8 by 5 texels as a light; it is never freed.
-fn environment_map(texel: impl Fn(usize) -> f32) -> Light<'static> {
-    let texels: Vec<Rgb> = (0..40).map(|i| Rgb { r: texel(i), g: texel(i), b: texel(i) }).collect();
-    let mut sums = vec![0.0; sums_length(8, 5)];
-    running_sums(&texels, 8, 5, Colour::ONE, &mut sums);
-    let to_world = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
-    let map = EnvironmentMap::new(texels.leak(), 8, 5, to_world, Colour::ONE, sums.leak());
-    Light::EnvironmentMap(map.expect("the lengths fit"))
 }
 
 /// The furnace again, with a sky that is sampled by itself.

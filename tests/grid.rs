@@ -123,6 +123,27 @@ fn where_a_density_is_positive() {
     }
 }
 
+/// Where it is said to be positive all around a point, it is at points around it. Without bricks nothing is said.
+#[test]
+fn where_a_density_is_surely_positive() {
+    let mut rng = generator(5);
+    for grid in [large_grid(&mut rng, UNIT_CUBE), layered_grid(&mut rng, sheared())] {
+        let medium = heterogeneous(CHROMATIC, grid);
+        let (host, bare) = (HostMedium::new(&medium, Bricks::Built), HostMedium::new(&medium, Bricks::Left));
+        let mut count = 0;
+        for _ in 0..20_000 {
+            let (x, reach) = (vec(random_vector(&mut rng, -0.3, 1.3)), vec(random_vector(&mut rng, 0.0, 0.1)));
+            assert!(!bare.view().density.is_surely_positive_around(x, reach));
+            if host.view().density.is_surely_positive_around(x, reach) {
+                let y = x + reach * vec(random_vector(&mut rng, -1.0, 1.0));
+                assert!(host.view().density.at(y) > 0.0, "{y}, {reach} from {x} at most");
+                count += 1;
+            }
+        }
+        assert!(count > 500, "{count}");
+    }
+}
+
 /// Half of the bricks are empty or constant, and crossed whole.
 #[test]
 fn bricks_change_nothing() {

@@ -2,7 +2,7 @@
 
 mod toy;
 
-use toy::batch::{paths, record, splats};
+use toy::batch::{batch, paths, record, splats};
 use toy::scenes::{
     World, camera, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces, edges_with_specular_surfaces,
     homogeneous, rectangle,
@@ -141,6 +141,33 @@ fn a_shift_by_nothing_changes_nothing() {
         }
     }
     println!("{splat_count} splats");
+}
+
+/// Where all weights are 0, what is left at the path itself is its own share, and one for each member that left the image or its medium.
+#[test]
+fn what_leaves_stays() {
+    let world = edges_under_point_light();
+    let (mut lefts, mut stays) = (0, 0);
+    for (kernel, count, run) in [(DISK, 5, 1), (BALL, 10, 3)] {
+        for mode in [Mode::FirstOrder, Mode::HalfOrder] {
+            let options = Options { clamp: 0.0, ..options(mode, kernel, count, run) };
+            for (pass, path) in
+                paths(&world, &options, 500).iter().enumerate().filter(|(_, path)| !path.first().place.is_surface())
+            {
+                let (own, mut splats) = (path.carried(&world.scene()), vec![]);
+                let stats = batch(&world, &options, path, pass as u64, |p, c| splats.push((p, c)));
+                let (_, rest) = splats.pop().expect("the path's own");
+                assert!(splats.iter().all(|(_, colour)| *colour == Colour::ZERO));
+                let left = count - splats.len();
+                let expected = own * ((1 + left) as f64 / (1 + count) as f64);
+                assert!((rest - expected).length() <= 1e-12 * own.length(), "{kernel:?}: {rest}, {left} of {count} left");
+                assert_eq!(stats.stays * count as u64, stats.shifts * left as u64);
+                (lefts, stays) = (lefts + left, stays + splats.len());
+            }
+        }
+    }
+    println!("{lefts} left, {stays} did not");
+    assert!(lefts > 1000 && stays > 1000);
 }
 
 /// The radius after i samples is that of the first one times i^((alpha - 1)/3); a tile keeps its size.

@@ -5,7 +5,7 @@ mod toy;
 
 use toy::estimate::{Estimate, scale};
 use toy::scenes::{World, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces};
-use volgrad::sampler::metropolis::{ChainStats, Metropolis, Options, Plan, State, bootstrap, capacity};
+use volgrad::sampler::metropolis::{ChainStats, Metropolis, Options, Plan, State, Techniques, bootstrap, capacity, learn};
 use volgrad::sampler::{self, Lengths, Stats};
 use volgrad::shift;
 
@@ -32,14 +32,17 @@ fn metropolis(world: &World, shift: Option<volgrad::shift::Options>, samples: u6
         let mut stats = Stats::default();
         let mut chain_stats = ChainStats::default();
         let mut weights = vec![0.0; samples as usize];
-        bootstrap(&scene, &world.geometry, options.seed, LENGTHS, 0, &mut weights, &mut stats).expect("never stops");
-        let plan = Plan::new(LENGTHS, &weights, chains);
+        let alike = Techniques::alike(LENGTHS);
+        bootstrap(&scene, &world.geometry, !options.seed, &alike, 0, &mut weights, &mut stats).expect("never stops");
+        let techniques = learn(!options.seed, LENGTHS, &weights[..weights.len() / 4]);
+        bootstrap(&scene, &world.geometry, options.seed, &techniques, 0, &mut weights, &mut stats).expect("never stops");
+        let plan = Plan::new(options.seed, &techniques, &weights, chains);
         let mut index = 0;
         let (mut cells, mut dropped) = (vec![Default::default(); pixels as usize], 0);
         let mut sums = volgrad::film::Film { width: film.width, height: film.height, cells: &mut cells, dropped: &mut dropped };
-        plan.starts(options.seed, &weights, |start| {
+        plan.starts(&weights, |start| {
             let mut numbers = vec![0.0; capacity(start.length as usize)];
-            let mut state = State::new(&options, index, start, &mut numbers);
+            let mut state = State::new(&options, &techniques, index, start, &mut numbers).expect("of this plan");
             let chains = Metropolis { scene: &scene, queries: &world.geometry, options };
             chains.burn_in(&mut state, &mut numbers, &mut stats, &mut chain_stats).expect("never stops");
             chains.run(&mut state, &mut numbers, mutations, &mut sums, &mut stats, &mut chain_stats).expect("never stops");

@@ -1,5 +1,7 @@
 #include "embree_queries.h"
 
+#include <float.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -211,7 +213,11 @@ static void clear(volgrad_hit *hit)
     hit->light = VOLGRAD_NONE;
 }
 
-static void set_surface(volgrad_hit *hit, const traversal *ray)
+/* A collision so close to a surface that single precision puts it there: volgrad takes distances > 0 only. */
+static const double NEAREST = FLT_MIN;
+
+/* Returns the distance before rounding. */
+static double set_surface(volgrad_hit *hit, const traversal *ray)
 {
     const shape *surface = &ray->scene->shapes[ray->shape];
     hit->kind = VOLGRAD_HIT_SURFACE;
@@ -220,11 +226,13 @@ static void set_surface(volgrad_hit *hit, const traversal *ray)
         uint32_t per_light = surface->primitives_per_light > 0 ? surface->primitives_per_light : 1;
         hit->light = surface->first_light + ray->primitive / per_light;
     }
-    hit->t = (float)ray->point.t;
+    double t = fmax(ray->point.t, NEAREST);
+    hit->t = (float)t;
     hit->normal = vec3d_round(vec3d_unit(ray->point.normal));
     hit->shading_normal = hit->normal;
     hit->medium_outside = surface->medium_outside;
     hit->medium_inside = surface->medium_inside;
+    return t;
 }
 
 static void intersect_one(const embree_queries *queries, const volgrad_ray *asked, volgrad_hit *hit)
@@ -233,11 +241,12 @@ static void intersect_one(const embree_queries *queries, const volgrad_ray *aske
     traversal_start(&ray, queries->scene, asked);
     struct RTCRayHit rayhit = {.ray = embree_ray(asked), .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
     embree_intersect(queries->tree, &ray.context, &rayhit);
+    double end = ray.t_max;
     clear(hit);
     if (ray.shape != VOLGRAD_NONE) {
-        set_surface(hit, &ray);
+        end = set_surface(hit, &ray);
     }
-    set_segments(hit, &ray, asked->medium, ray.shape != VOLGRAD_NONE ? ray.point.t : ray.t_max);
+    set_segments(hit, &ray, asked->medium, end);
 }
 
 static void occluded_one(const embree_queries *queries, const volgrad_ray *asked, volgrad_hit *hit)

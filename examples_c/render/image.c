@@ -35,16 +35,30 @@ static int write_files(const image_source *source, const float *window, const vo
            output_write_preview(source->options->output, layout->window_width, layout->window_height, window);
 }
 
+/* `more` is room for as many floats as `rgb`; without chains it is not used. */
+static volgrad_status develop(const render_result *result, float *rgb, float *more, size_t count)
+{
+    volgrad_status status = volgrad_film_develop(result->film.film, 1.0 / (double)result->passes, rgb, count);
+    if (status != VOLGRAD_OK || result->chains.film.film == NULL) {
+        return status;
+    }
+    status = volgrad_film_develop(result->chains.film.film, result->chains.scale, more, count);
+    for (size_t i = 0; status == VOLGRAD_OK && i < count; ++i) {
+        rgb[i] += more[i];
+    }
+    return status;
+}
+
 int image_write(const image_source *source)
 {
     volgrad_exr_layout layout = image_window(source->camera);
     size_t count = 3 * (size_t)layout.width * layout.height;
-    float *rgb = malloc(count * sizeof *rgb);
+    float *rgb = malloc((source->result->chains.film.film != NULL ? 2 : 1) * count * sizeof *rgb);
     if (rgb == NULL) {
         fputs("volgrad-render: out of memory for the image\n", stderr);
         return 0;
     }
-    volgrad_status status = volgrad_film_develop(source->result->film, 1.0 / (double)source->result->passes, rgb, count);
+    volgrad_status status = develop(source->result, rgb, rgb + count, count);
     int ok = status == VOLGRAD_OK;
     if (ok) {
         cut_window(rgb, &layout);

@@ -10,6 +10,7 @@ typedef struct {
     const options *options;
     const volgrad_camera *camera;
     const volgrad_path_sampler_options *sampler;
+    const chain_settings *chains; /* NULL: none */
     const render_result *result;
     uint64_t dropped; /* samples that were no numbers */
 } image_source;

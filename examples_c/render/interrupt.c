@@ -11,7 +11,7 @@ static volatile sig_atomic_t interrupted;
 /* Calls only what POSIX allows in a signal handler. */
 static void on_signal(int signal)
 {
-    static const char text[] = "\nvolgrad-render: ending this pass; once more to quit at once\n";
+    static const char text[] = "\nvolgrad-render: ending this pass or round; once more to quit at once\n";
     int saved_errno = errno;
     (void)signal;
     if (interrupted || write(STDERR_FILENO, text, sizeof text - 1) < 0) {

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "embree_queries.h"
+#include "films.h"
 #include "image.h"
 #include "interrupt.h"
 #include "light_media.h"
@@ -11,12 +12,15 @@
 #include "output.h"
 #include "progress.h"
 #include "render.h"
+#include "samplers.h"
 #include "scene.h"
+#include "seconds.h"
 #include "stats.h"
 
 enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_WRONG_INPUT = 2 };
 
-enum { DEFAULT_PASSES = 64 };
+/* Passes, or mutations per pixel. */
+enum { DEFAULT_SAMPLES = 64 };
 
 /* ---- setting up ---- */
 
@@ -51,20 +55,6 @@ static int set_crop(volgrad_camera *camera, const options *o)
     return 1;
 }
 
-static int set_sampler(volgrad_path_sampler_options *sampler, const options *o, const scene *s)
-{
-    volgrad_status status = volgrad_path_sampler_options_default(sampler, sizeof *sampler);
-    if (status != VOLGRAD_OK) {
-        print_status("path sampler", status);
-        return 0;
-    }
-    sampler->max_depth = o->has_max_depth ? o->max_depth : s->max_depth;
-    sampler->rr_depth = s->rr_depth;
-    sampler->seed = o->seed;
-    sampler->shift = o->shift;
-    return 1;
-}
-
 /* volgrad's side of the scene. Returns its memory, to be freed, or NULL. */
 static void *make_core_scene(const volgrad_scene_desc *desc, const volgrad_scene **core)
 {
@@ -75,7 +65,7 @@ static void *make_core_scene(const volgrad_scene_desc *desc, const volgrad_scene
         print_status("scene", status);
         return NULL;
     }
-    void *memory = render_allocate(bytes);
+    void *memory = aligned_memory(bytes);
     if (memory == NULL) {
         fputs("volgrad-render: out of memory for the scene\n", stderr);
         return NULL;
@@ -93,27 +83,39 @@ static void *make_core_scene(const volgrad_scene_desc *desc, const volgrad_scene
     return memory;
 }
 
-/* --spp and --time as given; with neither, as many passes as the scene asks for. */
-static uint64_t pass_limit(const options *o, const scene *s)
+/* --spp, or --mutations, and --time as given; with neither, as many as the scene asks for. */
+static uint64_t sample_limit(uint64_t given, const options *o, const scene *s)
 {
-    if (o->spp > 0 || o->seconds > 0.0) {
-        return o->spp;
+    if (given > 0 || o->seconds > 0.0) {
+        return given;
     }
-    return s->sample_count > 0 ? s->sample_count : DEFAULT_PASSES;
+    return s->sample_count > 0 ? s->sample_count : DEFAULT_SAMPLES;
 }
 
 /* ---- the run ---- */
 
+/* Splats that were dropped by either film. */
+static volgrad_status count_dropped(const render_result *result, uint64_t *dropped)
+{
+    uint64_t of_chains = 0;
+    volgrad_status status = volgrad_film_dropped(result->film.film, dropped);
+    if (status == VOLGRAD_OK && result->chains.film.film != NULL) {
+        status = volgrad_film_dropped(result->chains.film.film, &of_chains);
+    }
+    *dropped += of_chains;
+    return status;
+}
+
 /* Returns 0 if there is no image. */
-static int render_passes(const render_job *job, render_result *result, uint64_t *dropped)
+static int render_image(const render_job *job, render_result *result, uint64_t *dropped)
 {
     int ok = render_run(job, result);
     progress_end(job->report_user);
     if (!ok && result->status == VOLGRAD_OK) {
-        fputs("volgrad-render: out of memory for the film\n", stderr);
+        fputs("volgrad-render: out of memory for films and chains\n", stderr);
         return 0;
     }
-    volgrad_status status = ok ? volgrad_film_dropped(result->film, dropped) : result->status;
+    volgrad_status status = ok ? count_dropped(result, dropped) : result->status;
     if (status != VOLGRAD_OK) {
         print_status("rendering", status);
     }
@@ -125,7 +127,7 @@ static int render_and_write(const render_job *job, image_source *source)
     render_result result;
     int exit_status = EXIT_FAILED;
     source->result = &result;
-    if (render_passes(job, &result, &source->dropped) && image_write(source)) {
+    if (render_image(job, &result, &source->dropped) && image_write(source)) {
         exit_status = *job->stop ? EXIT_INTERRUPTED : EXIT_OK;
         if (source->options->stats) {
             stats_print(&result, source->dropped);
@@ -135,17 +137,23 @@ static int render_and_write(const render_job *job, image_source *source)
     return exit_status;
 }
 
-static int run_with_queries(image_source *source, const scene *s, const volgrad_scene *core, const volgrad_queries *queries)
+static int run_with_queries(image_source *source, samplers *all, const scene *s, const volgrad_scene *core,
+                            const volgrad_queries *queries)
 {
     const options *o = source->options;
     volgrad_exr_layout window = image_window(source->camera);
     uint32_t pixels = window.window_width * window.window_height;
-    uint64_t passes = pass_limit(o, s);
+    int has_chains = o->integrator == INTEGRATOR_MMLT;
+    uint64_t *limit = &all->chains.mutations_per_pixel;
+    *limit = sample_limit(*limit, o, s);
+    uint64_t passes = has_chains ? o->spp : sample_limit(o->spp, o, s);
     progress progress;
-    progress_start(&progress, o->quiet, passes, o->seconds, pixels);
+    progress_start(&progress, o->quiet, has_chains ? *limit : passes, o->seconds, pixels, has_chains ? "mutations" : "samples");
     render_job job = {.scene = core,
                       .queries = queries,
-                      .sampler = source->sampler,
+                      .sampler = &all->path,
+                      .bidirectional = o->integrator == INTEGRATOR_BDPT ? &all->bidirectional : NULL,
+                      .chains = source->chains,
                       .width = window.width,
                       .height = window.height,
                       .pixel_count = pixels,
@@ -153,21 +161,23 @@ static int run_with_queries(image_source *source, const scene *s, const volgrad_
                       .max_passes = passes,
                       .max_seconds = o->seconds,
                       .stop = interrupt_watch(),
+                      .start = seconds_wall(),
                       .report = progress_report,
+                      .note = progress_note,
                       .report_user = &progress};
     return render_and_write(&job, source);
 }
 
 static int run_scene(image_source *source, scene *s)
 {
-    volgrad_path_sampler_options sampler;
+    samplers all;
     const volgrad_scene *core = NULL;
     const char *problem = NULL;
     if (!set_crop(&s->desc.camera, source->options)) {
         return EXIT_WRONG_INPUT;
     }
-    if (!set_sampler(&sampler, source->options, s)) {
-        return EXIT_FAILED;
+    if (!samplers_set(&all, source->options, s)) {
+        return EXIT_WRONG_INPUT;
     }
     embree_queries *embree = embree_queries_create(s, source->options->threads, &problem);
     if (embree == NULL) {
@@ -180,8 +190,9 @@ static int run_scene(image_source *source, scene *s)
     if (core_memory != NULL) {
         volgrad_queries queries = embree_queries_table(embree);
         source->camera = &s->desc.camera;
-        source->sampler = &sampler;
-        exit_status = run_with_queries(source, s, core, &queries);
+        source->sampler = &all.path;
+        source->chains = source->options->integrator == INTEGRATOR_MMLT ? &all.chains : NULL;
+        exit_status = run_with_queries(source, &all, s, core, &queries);
     }
     embree_queries_destroy(embree);
     free(core_memory);

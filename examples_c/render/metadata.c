@@ -64,10 +64,27 @@ char *metadata_command_line(int argc, char **argv)
     return line;
 }
 
+static void add_chains(metadata *m, const chain_settings *settings, const chain_result *made)
+{
+    const volgrad_chain_options *options = &settings->options;
+    add_number(m, "chains", made->count);
+    add_number(m, "mutationsPerPixel", made->count > 0 ? 1.0 / made->scale : 0.0);
+    add_number(m, "mutationsPerChain", (double)made->mutations_each);
+    add_number(m, "chainLengthsFirst", options->min_length);
+    add_number(m, "chainLengthsLast", options->max_length);
+    add_number(m, "burnIn", options->burn_in);
+    add_number(m, "largeStep", options->large_step);
+    if (options->shift.mode != VOLGRAD_SHIFT_NONE) {
+        add_number(m, "shiftEvery", options->shift_every);
+    }
+    add_number(m, "bootstrapSamples", (double)made->bootstrap_samples);
+    add_number(m, "brightness", made->brightness);
+    add_number(m, "brightnessRelativeError", made->relative_error);
+}
+
 static void add_sampler(metadata *m, const volgrad_path_sampler_options *sampler)
 {
     const volgrad_shift_options *shift = &sampler->shift;
-    add_text(m, "integrator", "path");
     add_number(m, "maxDepth", sampler->max_depth > 0 ? (double)sampler->max_depth : -1.0);
     add_number(m, "rrDepth", sampler->rr_depth);
     add_text(m, "shift", options_shift_name(shift->mode));
@@ -99,6 +116,13 @@ void metadata_collect(metadata *m, const image_source *source)
     add_number(m, "renderTimeSeconds", result->wall_seconds);
     add_number(m, "cpuTimeSeconds", result->cpu_seconds);
     add_number(m, "droppedSamples", (double)source->dropped);
-    add_number(m, "droppedPaths", (double)result->stats.overflows);
+    add_number(m, "droppedPaths", (double)result->stats.overflows + (double)result->chains.stats.overflows);
+    add_text(m, "integrator", options_integrator_name(source->options->integrator));
+    if (source->options->integrator == INTEGRATOR_BDPT) {
+        add_text(m, "heuristic", options_heuristic_name(source->options->heuristic));
+    }
     add_sampler(m, source->sampler);
+    if (source->chains != NULL) {
+        add_chains(m, source->chains, &result->chains);
+    }
 }

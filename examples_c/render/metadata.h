@@ -4,7 +4,7 @@
 
 #include "image.h"
 
-enum { METADATA_CAPACITY = 24 };
+enum { METADATA_CAPACITY = 48 };
 
 typedef struct {
     volgrad_exr_attribute attributes[METADATA_CAPACITY];

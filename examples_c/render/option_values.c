@@ -42,6 +42,21 @@ int read_share(const char *text, float *out)
     return rest != text && *rest == '\0' && *out >= 0.0f && *out <= 1.0f;
 }
 
+int read_range(const char *text, uint32_t low, uint32_t high, uint32_t *first, uint32_t *last)
+{
+    char copy[32];
+    if (strlen(text) >= sizeof copy) {
+        return 0;
+    }
+    strcpy(copy, text);
+    char *dash = strchr(copy, '-');
+    if (dash == NULL) {
+        return 0;
+    }
+    *dash = '\0';
+    return read_whole32(copy, low, high, first) && read_whole32(dash + 1, low, high, last) && *first <= *last;
+}
+
 int read_radius(const char *text, volgrad_shift_options *shift)
 {
     double radius;

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "option_names.h"
 #include "option_values.h"
 
 enum {
@@ -22,6 +23,15 @@ enum {
     OPTION_SHIFT_RUN,
     OPTION_SHIFT_EXACT,
     OPTION_SHIFT_ALPHA,
+    OPTION_INTEGRATOR,
+    OPTION_HEURISTIC,
+    OPTION_MUTATIONS,
+    OPTION_CHAINS,
+    OPTION_CHAIN_LENGTHS,
+    OPTION_BOOTSTRAP,
+    OPTION_BURN_IN,
+    OPTION_LARGE_STEP,
+    OPTION_SHIFT_EVERY,
     OPTION_CROP,
     OPTION_QUIET,
     OPTION_STATS,
@@ -43,6 +53,15 @@ static const struct option LONG_OPTIONS[] = {
     {"shift-run", required_argument, NULL, OPTION_SHIFT_RUN},
     {"shift-exact", required_argument, NULL, OPTION_SHIFT_EXACT},
     {"shift-alpha", required_argument, NULL, OPTION_SHIFT_ALPHA},
+    {"integrator", required_argument, NULL, OPTION_INTEGRATOR},
+    {"heuristic", required_argument, NULL, OPTION_HEURISTIC},
+    {"mutations", required_argument, NULL, OPTION_MUTATIONS},
+    {"chains", required_argument, NULL, OPTION_CHAINS},
+    {"chain-lengths", required_argument, NULL, OPTION_CHAIN_LENGTHS},
+    {"bootstrap", required_argument, NULL, OPTION_BOOTSTRAP},
+    {"burn-in", required_argument, NULL, OPTION_BURN_IN},
+    {"large-step", required_argument, NULL, OPTION_LARGE_STEP},
+    {"shift-every", required_argument, NULL, OPTION_SHIFT_EVERY},
     {"crop", required_argument, NULL, OPTION_CROP},
     {"quiet", no_argument, NULL, OPTION_QUIET},
     {"stats", no_argument, NULL, OPTION_STATS},
@@ -51,71 +70,10 @@ static const struct option LONG_OPTIONS[] = {
     {NULL, 0, NULL, 0},
 };
 
-static const char HELP[] =
-    "Usage: volgrad-render SCENE.xml -o IMAGE.exr [options]\n"
-    "Renders a scene in Mitsuba 3's XML. Writes IMAGE.exr (linear RGB) and a preview IMAGE.png.\n"
-    "\n"
-    "  -o, --output FILE      the image; its name ends in .exr\n"
-    "      --spp N            paths per pixel (default: the scene's sample_count)\n"
-    "      --time SECONDS     stop after the whole pass that passes this time; with --spp, whichever is first\n"
-    "      --threads N        (default: all processors)\n"
-    "      --seed N           random seed; same seed, same image (default 0)\n"
-    "      --max-depth N      longest path in edges, -1 for no limit (default: the scene's)\n"
-    "      --crop X0,Y0,X1,Y1 render only the pixels X0 <= x < X1, Y0 <= y < Y1\n"
-    "\n"
-    "  Sharing paths between pixels by gradients:\n"
-    "      --shift MODE       none (default), exact, two_level, exchangeable; biased: first_order, half_order, log_linear,\n"
-    "                         linear_depth\n"
-    "      --shift-count N    offsets tried per path\n"
-    "      --shift-radius R   of the kernel: in pixels as in 4px, in world units as in 0.1\n"
-    "      --shift-kernel K   tile (of count + 1 pixels, a square number; no radius), disk or ball\n"
-    "      --shift-run N      most vertices that move together\n"
-    "      --shift-exact N    two_level: offsets that are evaluated exactly\n"
-    "      --shift-alpha A    the radius shrinks as samples^((A - 1)/3)\n"
-    "\n"
-    "      --quiet            no progress\n"
-    "      --stats            print what was computed, to standard output\n"
-    "      --version\n"
-    "      --help\n"
-    "\n"
-    "Ctrl-C ends the current pass and writes the image; once more quits at once.\n"
-    "Exit status: 0 done, 1 failure, 2 wrong usage or scene, 130 interrupted (the image is written).\n";
-
-void options_print_help(void)
-{
-    fputs(HELP, stdout);
-}
-
 /* ---- one option ---- */
 
-/* Names by value. */
-static const char *const SHIFT_NAMES[] = {
-    [VOLGRAD_SHIFT_NONE] = "none",
-    [VOLGRAD_SHIFT_LOG_LINEAR] = "log_linear",
-    [VOLGRAD_SHIFT_EXACT] = "exact",
-    [VOLGRAD_SHIFT_EXCHANGEABLE] = "exchangeable",
-    [VOLGRAD_SHIFT_FIRST_ORDER] = "first_order",
-    [VOLGRAD_SHIFT_HALF_ORDER] = "half_order",
-    [VOLGRAD_SHIFT_LINEAR_DEPTH] = "linear_depth",
-    [VOLGRAD_SHIFT_TWO_LEVEL] = "two_level",
-};
-static const char *const KERNEL_NAMES[] = {
-    [VOLGRAD_KERNEL_DISK] = "disk", [VOLGRAD_KERNEL_BALL] = "ball", [VOLGRAD_KERNEL_TILE] = "tile"};
-static const char MODES[] = "none, first_order, half_order, log_linear, linear_depth, exact, two_level or exchangeable";
-enum {
-    SHIFT_NAMES_COUNT = sizeof SHIFT_NAMES / sizeof SHIFT_NAMES[0],
-    KERNEL_NAMES_COUNT = sizeof KERNEL_NAMES / sizeof KERNEL_NAMES[0]
-};
-
-const char *options_shift_name(uint32_t mode)
-{
-    return mode < SHIFT_NAMES_COUNT ? SHIFT_NAMES[mode] : "unknown";
-}
-
-const char *options_kernel_name(uint32_t kernel)
-{
-    return kernel < KERNEL_NAMES_COUNT ? KERNEL_NAMES[kernel] : "unknown";
-}
+/* Most that volgrad_chain_plan takes. */
+enum { MOST_CHAINS = 1 << 24 };
 
 static int complain(const char *option, const char *value, const char *expected)
 {
@@ -133,17 +91,53 @@ static int read_max_depth(const char *text, options *out)
     return read_whole32(text, 1, INT32_MAX, &out->max_depth);
 }
 
-/* Options that mean nothing without --shift: the last one seen, or NULL. */
+/* Options that mean nothing without --shift, --integrator bdpt, --integrator mmlt: the last one seen of each, or NULL. */
 typedef struct {
     const char *needs_shift;
+    const char *needs_bdpt;
+    const char *needs_mmlt;
 } usage;
+
+static int take_chain_option(int option, const char *value, chain_settings *out, usage *seen)
+{
+    switch (option) {
+    case OPTION_MUTATIONS:
+        seen->needs_mmlt = "--mutations";
+        return read_whole(value, 1, UINT32_MAX, &out->mutations_per_pixel) ||
+               complain("mutations", value, "a whole number from 1 to 4294967295");
+    case OPTION_CHAINS:
+        seen->needs_mmlt = "--chains";
+        return read_whole32(value, 1, MOST_CHAINS, &out->chains) || complain("chains", value, "a whole number from 1 to 16777216");
+    case OPTION_CHAIN_LENGTHS:
+        seen->needs_mmlt = "--chain-lengths";
+        return read_range(value, 2, VOLGRAD_MAX_LENGTH, &out->options.min_length, &out->options.max_length) ||
+               complain("chain-lengths", value, "A-B with 2 <= A <= B <= 64, numbers of edges");
+    case OPTION_BOOTSTRAP:
+        seen->needs_mmlt = "--bootstrap";
+        return read_whole(value, 1, UINT32_MAX, &out->bootstrap) ||
+               complain("bootstrap", value, "a whole number from 1 to 4294967295");
+    case OPTION_BURN_IN:
+        seen->needs_mmlt = "--burn-in";
+        return read_whole32(value, 0, UINT32_MAX, &out->options.burn_in) ||
+               complain("burn-in", value, "a whole number from 0 to 4294967295");
+    case OPTION_LARGE_STEP:
+        seen->needs_mmlt = "--large-step";
+        return (read_share(value, &out->options.large_step) && out->options.large_step > 0.0f) ||
+               complain("large-step", value, "a probability: > 0 and <= 1");
+    default:
+        seen->needs_mmlt = seen->needs_shift = "--shift-every";
+        return read_whole32(value, 1, UINT32_MAX, &out->options.shift_every) ||
+               complain("shift-every", value, "a whole number from 1 to 4294967295");
+    }
+}
 
 static int take_shift_option(int option, const char *value, options *out, usage *seen)
 {
     switch (option) {
     case OPTION_SHIFT:
-        return read_name(value, SHIFT_NAMES, SHIFT_NAMES_COUNT, &out->shift.mode) ||
-               complain("shift", value, MODES);
+        return read_shift(value, &out->shift.mode) ||
+               complain("shift", value,
+                        "none, first_order, half_order, log_linear, linear_depth, exact, two_level or exchangeable");
     case OPTION_SHIFT_COUNT:
         seen->needs_shift = "--shift-count";
         return read_whole32(value, 1, UINT16_MAX, &out->shift.count) ||
@@ -163,10 +157,12 @@ static int take_shift_option(int option, const char *value, options *out, usage 
     case OPTION_SHIFT_ALPHA:
         seen->needs_shift = "--shift-alpha";
         return read_share(value, &out->shift.alpha) || complain("shift-alpha", value, "a number from 0 to 1");
-    default:
+    case OPTION_SHIFT_KERNEL:
         seen->needs_shift = "--shift-kernel";
-        return read_name(value, KERNEL_NAMES, KERNEL_NAMES_COUNT, &out->shift.kernel) ||
+        return read_kernel(value, &out->shift.kernel) ||
                complain("shift-kernel", value, "tile, disk or ball");
+    default:
+        return take_chain_option(option, value, &out->chains, seen);
     }
 }
 
@@ -191,6 +187,13 @@ static int take_option(int option, const char *value, options *out, usage *seen)
         return read_whole(value, 0, UINT64_MAX, &out->seed) || complain("seed", value, "a whole number from 0 to 2^64 - 1");
     case OPTION_MAX_DEPTH:
         return read_max_depth(value, out) || complain("max-depth", value, "a whole number from 1 on, or -1 for no limit");
+    case OPTION_INTEGRATOR:
+        return read_integrator(value, &out->integrator) ||
+               complain("integrator", value, "path, bdpt or mmlt");
+    case OPTION_HEURISTIC:
+        seen->needs_bdpt = "--heuristic";
+        return read_heuristic(value, &out->heuristic) ||
+               complain("heuristic", value, "balance or power");
     case OPTION_CROP:
         out->has_crop = 1;
         return read_crop(value, out->crop) || complain("crop", value, "X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1");
@@ -218,8 +221,11 @@ static int set_defaults(options *out)
     memset(out, 0, sizeof *out);
     out->threads = processors();
     volgrad_status status = volgrad_shift_options_default(&out->shift, sizeof out->shift);
+    if (status == VOLGRAD_OK) {
+        status = volgrad_chain_options_default(&out->chains.options, sizeof out->chains.options);
+    }
     if (status != VOLGRAD_OK) {
-        fprintf(stderr, "volgrad-render: shift options: %s\n", volgrad_status_message(status));
+        fprintf(stderr, "volgrad-render: default options: %s\n", volgrad_status_message(status));
     }
     out->shift.mode = VOLGRAD_SHIFT_NONE;
     return status == VOLGRAD_OK;
@@ -252,12 +258,21 @@ static options_result check_line(const options *out, const usage *seen, int scen
     if (seen->needs_shift != NULL && out->shift.mode == VOLGRAD_SHIFT_NONE) {
         return refuse(seen->needs_shift, " means nothing without a --shift MODE");
     }
+    if (seen->needs_bdpt != NULL && out->integrator != INTEGRATOR_BDPT) {
+        return refuse(seen->needs_bdpt, " means nothing without --integrator bdpt");
+    }
+    if (seen->needs_mmlt != NULL && out->integrator != INTEGRATOR_MMLT) {
+        return refuse(seen->needs_mmlt, " means nothing without --integrator mmlt");
+    }
+    if (out->integrator == INTEGRATOR_BDPT && out->shift.mode != VOLGRAD_SHIFT_NONE) {
+        return refuse("", "--shift does not go with --integrator bdpt: use path or mmlt");
+    }
     return OPTIONS_RUN;
 }
 
 options_result options_parse(int argc, char **argv, options *out)
 {
-    usage seen = {NULL};
+    usage seen = {.needs_shift = NULL};
     int option;
     if (!set_defaults(out)) {
         return OPTIONS_ERROR;

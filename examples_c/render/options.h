@@ -4,6 +4,8 @@
 
 #include <stdint.h>
 
+#include "option_names.h"
+#include "render.h"
 #include "volgrad.h"
 
 typedef struct {
@@ -15,7 +17,10 @@ typedef struct {
     uint64_t seed;
     int has_max_depth;
     uint32_t max_depth; /* 0: no limit */
+    uint32_t integrator; /* INTEGRATOR_* */
+    uint32_t heuristic;  /* VOLGRAD_HEURISTIC_* */
     volgrad_shift_options shift;
+    chain_settings chains; /* options.seed and options.shift are not set */
     int has_crop;
     uint32_t crop[4]; /* x0, y0, x1, y1 */
     int quiet;
@@ -28,9 +33,5 @@ typedef enum { OPTIONS_RUN, OPTIONS_HELP, OPTIONS_VERSION, OPTIONS_ERROR } optio
 options_result options_parse(int argc, char **argv, options *out);
 
 void options_print_help(void);
-
-/* Names as on the command line; "none" for VOLGRAD_SHIFT_NONE. */
-const char *options_shift_name(uint32_t mode);
-const char *options_kernel_name(uint32_t kernel);
 
 #endif

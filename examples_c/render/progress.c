@@ -6,17 +6,18 @@
 #include <stdio.h>
 #include <unistd.h>
 
-enum { BAR_WIDTH = 30, LINE_STEP = 5 /* percent; so there are at most 20 lines */ };
+enum { LINE_WIDTH = 79, BAR_WIDTH = 30, LINE_STEP = 5 /* percent; so there are at most 20 lines */ };
 
 static const double REDRAW_SECONDS = 0.1;
 
-void progress_start(progress *p, int quiet, uint64_t max_passes, double max_seconds, uint32_t paths_per_pass)
+void progress_start(progress *p, int quiet, uint64_t max_passes, double max_seconds, uint32_t paths_per_pass, const char *unit)
 {
     progress_style style = isatty(fileno(stderr)) ? PROGRESS_BAR : PROGRESS_LINES;
     *p = (progress){.style = quiet ? PROGRESS_NONE : style,
                     .max_passes = (double)max_passes,
                     .max_seconds = max_seconds,
                     .paths_per_pass = paths_per_pass,
+                    .unit = unit,
                     .drawn_at = -INFINITY};
 }
 
@@ -41,7 +42,7 @@ static const char *with_prefix(double value, char *text, size_t size)
     return text;
 }
 
-static void draw_bar(double share, double paths_per_second, double seconds_left)
+static void draw_bar(const progress *p, double share, double paths_per_second, double seconds_left)
 {
     char bar[BAR_WIDTH + 1], rate[32];
     int filled = (int)(share * BAR_WIDTH);
@@ -50,8 +51,8 @@ static void draw_bar(double share, double paths_per_second, double seconds_left)
     }
     bar[BAR_WIDTH] = '\0';
     long left = (long)ceil(fmin(seconds_left, 360000.0));
-    fprintf(stderr, "\r[%s] %3d%%  %s samples/s  ETA %ld:%02ld:%02ld ", bar, (int)(100.0 * share),
-            with_prefix(paths_per_second, rate, sizeof rate), left / 3600, left / 60 % 60, left % 60);
+    fprintf(stderr, "\r[%s] %3d%%  %s %s/s  ETA %ld:%02ld:%02ld ", bar, (int)(100.0 * share),
+            with_prefix(paths_per_second, rate, sizeof rate), p->unit, left / 3600, left / 60 % 60, left % 60);
     fflush(stderr);
 }
 
@@ -72,8 +73,18 @@ void progress_report(void *user, double passes, double seconds)
         write_line(p, share);
     } else if (p->style == PROGRESS_BAR && (seconds - p->drawn_at >= REDRAW_SECONDS || share >= 1.0)) {
         p->drawn_at = seconds;
-        draw_bar(share, seconds > 0.0 ? passes * p->paths_per_pass / seconds : 0.0,
+        draw_bar(p, share, seconds > 0.0 ? passes * p->paths_per_pass / seconds : 0.0,
                  share > 0.0 ? seconds * (1.0 - share) / share : INFINITY);
+    }
+}
+
+void progress_note(void *user, const char *text)
+{
+    const progress *p = user;
+    if (p->style == PROGRESS_LINES) {
+        fprintf(stderr, "%s\n", text);
+    } else if (p->style == PROGRESS_BAR) {
+        fprintf(stderr, "\r%-*s\n", LINE_WIDTH, text);
     }
 }
 

@@ -11,14 +11,18 @@ typedef struct {
     double max_passes;     /* 0: no limit */
     double max_seconds;    /* 0: no limit */
     double paths_per_pass;
+    const char *unit; /* what there are so many of */
     double drawn_at;       /* seconds */
     int last_percent;
 } progress;
 
-void progress_start(progress *p, int quiet, uint64_t max_passes, double max_seconds, uint32_t paths_per_pass);
+void progress_start(progress *p, int quiet, uint64_t max_passes, double max_seconds, uint32_t paths_per_pass, const char *unit);
 
 /* For render_job.report: `user` is the progress. */
 void progress_report(void *user, double passes, double seconds);
+
+/* For render_job.note: a line of text. */
+void progress_note(void *user, const char *text);
 
 /* Ends the bar's line. */
 void progress_end(progress *p);

@@ -1,28 +1,55 @@
-/* Renders whole passes on all threads: a pass is one path through every pixel of the crop window. The image depends on the seed and
-   the number of passes, not on the threads: films are integer sums, and a limit or a signal only decides before which pass to stop. */
+/* Renders an image on all threads. It depends on the seed and on how much was done, not on the threads: films are integer sums, and a
+   limit or a signal only decides before which pass, or round of mutations, to stop. */
 #ifndef RENDER_RENDER_H
 #define RENDER_RENDER_H
 
 #include <signal.h>
-#include <stddef.h>
 #include <stdint.h>
 
+#include "films.h"
 #include "volgrad.h"
+
+/* How chains are run (chains.h). Numbers that are 0 were not given. */
+typedef struct {
+    volgrad_chain_options options;
+    uint64_t mutations_per_pixel; /* in all; 0: no limit */
+    uint64_t bootstrap;           /* samples exactly; 0: until their error is small */
+    uint32_t chains;              /* 0: so many that their burn-in costs little */
+} chain_settings;
 
 typedef struct {
     const volgrad_scene *scene;
     const volgrad_queries *queries;
-    const volgrad_path_sampler_options *sampler;
-    uint32_t width, height;            /* of the whole image */
-    uint32_t pixel_count;              /* in the crop window */
-    unsigned threads;                  /* at least 1 */
-    uint64_t max_passes;               /* 0: no limit */
-    double max_seconds;                /* 0: no limit */
-    const volatile sig_atomic_t *stop; /* ends the rendering when it becomes non-zero */
-    /* Told now and then, on the calling thread, how many passes (with fraction) are done after how many seconds. May be NULL. */
-    void (*report)(void *user, double passes, double seconds);
+    const volgrad_path_sampler_options *sampler;        /* all, or what the others leave out */
+    const volgrad_bidirectional_options *bidirectional; /* NULL: no bidirectional paths */
+    const chain_settings *chains;                       /* NULL: no chains */
+    uint32_t width, height;                             /* of the whole image */
+    uint32_t pixel_count;                               /* in the crop window */
+    unsigned threads;                                   /* at least 1 */
+    uint64_t max_passes;                                /* 0: no limit; beside chains: in proportion to them */
+    double max_seconds;                                 /* 0: no limit */
+    const volatile sig_atomic_t *stop;                  /* ends the rendering when it becomes non-zero */
+    double start;                                       /* of the rendering, seconds_wall() */
+    /* Told now and then, on the calling thread, how many passes, or mutations per pixel, are done (with fraction) after how many
+       seconds. May be NULL. */
+    void (*report)(void *user, double done, double seconds);
     void *report_user;
+    /* Told in words what the user may like to know. May be NULL. */
+    void (*note)(void *user, const char *text);
 } render_job;
+
+/* What chains made. All 0 without chains. */
+typedef struct {
+    owned_film film;
+    double scale; /* for volgrad_film_develop */
+    uint32_t count;
+    uint64_t mutations_each;
+    uint64_t bootstrap_samples;
+    double bootstrap_seconds;
+    double brightness, relative_error; /* as in volgrad_chain_plan_result */
+    double cpu_seconds;                /* of the mutations, of all threads */
+    volgrad_chain_stats stats;
+} chain_result;
 
 typedef struct {
     volgrad_status status;
@@ -30,16 +57,19 @@ typedef struct {
     double wall_seconds;
     double cpu_seconds; /* of all threads */
     volgrad_path_sampler_stats stats;
-    volgrad_film *film; /* the sum of all passes; NULL unless status is VOLGRAD_OK */
-    void *film_memory;
+    owned_film film; /* the sum of all passes; NULL unless status is VOLGRAD_OK */
+    chain_result chains;
 } render_result;
 
 /* Returns 0 when out of memory or when `status` is not VOLGRAD_OK; what was rendered by then is lost. */
 int render_run(const render_job *job, render_result *result);
 
-void render_result_free(render_result *result);
+/* Calls job->report, if there is one. */
+void render_report(const render_job *job, double done);
 
-/* Memory as volgrad wants it, 16-byte aligned. Free with free(). */
-void *render_allocate(size_t bytes);
+/* Seconds that are left, INFINITY without a limit; 0 or less also when a signal has come. */
+double render_seconds_left(const render_job *job);
+
+void render_result_free(render_result *result);
 
 #endif

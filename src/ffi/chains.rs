@@ -7,7 +7,7 @@ use super::scenes::{ALIGNMENT, check_memory, scene, volgrad_scene};
 use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{VOLGRAD_ABI_VERSION, volgrad_queries};
-use crate::sampler::metropolis::{ChainStats, Metropolis, Options, Plan, Start, State, bootstrap, capacity};
+use crate::sampler::metropolis::{ChainStats, Metropolis, Options, Plan, Start, State, Techniques, bootstrap, capacity, learn};
 use crate::sampler::{Lengths, Stats};
 use core::ffi::c_void;
 use core::slice;
@@ -45,6 +45,30 @@ const DEFAULTS: volgrad_chain_options = volgrad_chain_options {
     seed: 0,
     shift: SHIFT_DEFAULTS,
 };
+
+/// How often each path length and each technique is tried, as `volgrad_chain_learn` finds it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct volgrad_chain_techniques {
+    /// Running sums of probabilities: over the lengths 0 ... VOLGRAD_MAX_LENGTH in the first row; in row k + 1 over the techniques for k edges, by
+    /// the number of their camera's vertices less 1.
+    pub shares: [[f32; 65]; 66],
+}
+
+const _: () = assert!(size_of::<volgrad_chain_techniques>() == size_of::<Techniques>() && VOLGRAD_MAX_LENGTH == 64);
+
+/// All alike if `pointer` is NULL.
+///
+/// # Safety
+/// As for `reference`.
+unsafe fn techniques(pointer: *const volgrad_chain_techniques, lengths: Lengths) -> Result<Techniques, Fault> {
+    if pointer.is_null() {
+        return Ok(Techniques::alike(lengths));
+    }
+    check(pointer)?;
+    // SAFETY: the caller's promise; both are as many floats, and any floats are valid.
+    Ok(unsafe { pointer.cast::<Techniques>().read() })
+}
 
 /// Where a chain begins, as `volgrad_chain_plan` finds it.
 #[repr(C)]
@@ -153,13 +177,15 @@ pub unsafe extern "C" fn volgrad_chain_options_default(
 }
 
 /// Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
-/// the image is, and where chains may begin. All path lengths take turns, so the array for all samples starts with number 0 and has no gaps;
-/// threads fill parts of it.
+/// the image is, and where chains may begin. The array for all samples starts with number 0 and has no gaps;
+/// threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples of that kind
+/// `volgrad_chain_learn` makes a better choice, for a new array.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_bootstrap(
     scene: *const volgrad_scene,
     queries: *const volgrad_queries,
     options: *const volgrad_chain_options,
+    techniques: *const volgrad_chain_techniques,
     first: u64,
     count: u32,
     weights: *mut f32,
@@ -169,8 +195,34 @@ pub unsafe extern "C" fn volgrad_chain_bootstrap(
         let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
         let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         let weights = unsafe { array_mut(weights, count as usize) }?;
-        Ok(bootstrap(scene, &queries, options.seed, lengths, first, weights, &mut Stats::default())?)
+        let techniques = unsafe { self::techniques(techniques, lengths) }?;
+        Ok(bootstrap(scene, &queries, options.seed, &techniques, first, weights, &mut Stats::default())?)
     })())
+}
+
+/// How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
+/// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else, and take another seed, in `options` here
+/// and there: samples of one seed and number share their random numbers, and what is learned must not know those that chains begin with.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_learn(
+    options: *const volgrad_chain_options,
+    weights: *const f32,
+    count: usize,
+    techniques: *mut volgrad_chain_techniques,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
+        let (weights, write) = unsafe { (array(weights, count)?, output(techniques.cast::<Techniques>())?) };
+        check_weights(weights)?;
+        write(learn(options.seed, lengths, weights));
+        Ok(())
+    })())
+}
+
+fn check_weights(weights: &[f32]) -> Result<(), Fault> {
+    let ok = weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite());
+    if ok { Ok(()) } else { Err(VOLGRAD_ERROR_NOT_FINITE.at(c"weights", 0)) }
 }
 
 /// Shares about `wanted` chains out among the path lengths, in proportion to their brightness, and picks a bootstrap sample for each to begin
@@ -182,6 +234,7 @@ pub unsafe extern "C" fn volgrad_chain_bootstrap(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_plan(
     options: *const volgrad_chain_options,
+    techniques: *const volgrad_chain_techniques,
     weights: *const f32,
     count: usize,
     wanted: u32,
@@ -196,17 +249,15 @@ pub unsafe extern "C" fn volgrad_chain_plan(
         if wanted == 0 || wanted > MOST_CHAINS {
             return Err(VOLGRAD_ERROR_RANGE.at(c"wanted", 0));
         }
-        if weights.iter().any(|weight| !(*weight >= 0.0 && weight.is_finite())) {
-            return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"weights", 0));
-        }
-        let plan = Plan::new(lengths, weights, wanted);
+        check_weights(weights)?;
+        let plan = Plan::new(options.seed, &unsafe { self::techniques(techniques, lengths) }?, weights, wanted);
         if !starts.is_null() {
             if capacity < plan.chain_count {
                 return Err(VOLGRAD_ERROR_TOO_SMALL.at(c"capacity", 0));
             }
             let starts = unsafe { array_mut(starts, plan.chain_count as usize) }?;
             let mut next = 0;
-            plan.starts(options.seed, weights, |Start { sample, length, share, chains, brightness }| {
+            plan.starts(weights, |Start { sample, length, share, chains, brightness }| {
                 if let Some(start) = starts.get_mut(next as usize) {
                     *start = volgrad_chain_start { sample, length, index: next, share, chains, reserved: 0, brightness };
                     next += 1;
@@ -241,8 +292,8 @@ pub unsafe extern "C" fn volgrad_chain_size(options: *const volgrad_chain_option
     })())
 }
 
-/// Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. There is
-/// nothing else to free. `stats` may be NULL.
+/// Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. `options` and
+/// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_init(
     memory: *mut c_void,
@@ -250,6 +301,7 @@ pub unsafe extern "C" fn volgrad_chain_init(
     scene: *const volgrad_scene,
     queries: *const volgrad_queries,
     options: *const volgrad_chain_options,
+    techniques: *const volgrad_chain_techniques,
     start: *const volgrad_chain_start,
     stats: *mut volgrad_chain_stats,
     chain: *mut *mut volgrad_chain,
@@ -271,7 +323,9 @@ pub unsafe extern "C" fn volgrad_chain_init(
         };
         let volgrad_chain_start { sample, length, share, chains, brightness, .. } = *start;
         let from = Start { sample, length, share, chains, brightness };
-        let state = State::new(&options, start.index, from, numbers);
+        let techniques = unsafe { self::techniques(techniques, lengths) }?;
+        let state = State::new(&options, &techniques, start.index, from, numbers);
+        let state = state.ok_or(VOLGRAD_ERROR_RANGE.at(c"start", 0))?;
         unsafe { object.write(volgrad_chain { stamp: STAMP, bytes: bytes_of(lengths.last) as u64, options, state }) };
         let mut work = Work::default();
         let state = &mut unsafe { exclusive(object) }?.state;

@@ -59,6 +59,15 @@ impl<'a> Grid<'a> {
             }
     }
 
+    /// Whether the bricks say that it is more than 0 at all points at most `reach` from `x` along each axis.
+    pub fn is_surely_positive_around(&self, x: DVec3, reach: DVec3) -> bool {
+        let p = self.to_lattice.transform_point3(x);
+        let matrix = self.to_lattice.matrix3;
+        let reach = matrix.x_axis.abs() * reach.x + matrix.y_axis.abs() * reach.y + matrix.z_axis.abs() * reach.z;
+        let (low, high) = (p - reach, p + reach);
+        self.holds(low) && self.holds(high) && self.samples.is_positive_between(cell_of(low), cell_of(high))
+    }
+
     pub fn gradient(&self, x: DVec3) -> DVec3 {
         let p = self.to_lattice.transform_point3(x);
         if !self.holds(p) {

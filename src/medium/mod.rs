@@ -121,6 +121,15 @@ impl Density<'_> {
         }
     }
 
+    /// Whether it is certainly more than 0 at all points at most `reach` from `x` along each axis. False says nothing.
+    pub fn is_surely_positive_around(&self, x: DVec3, reach: DVec3) -> bool {
+        match self {
+            Self::Homogeneous => true,
+            Self::Grid(grid) => grid.is_surely_positive_around(x, reach),
+            Self::Custom(_) => false,
+        }
+    }
+
     /// ∇ρ, away from faces.
     pub fn gradient(&self, x: DVec3) -> DVec3 {
         match self {

@@ -52,7 +52,7 @@ pub(super) fn in_vacuum(scene: &Scene, path: &Path, i: usize) -> Result<Factors,
 /// Unit vector from vertex i to a neighbour of it.
 pub(super) fn towards(path: &Path, scene: &Scene, i: usize, neighbour: usize) -> Result<DVec3, PathError> {
     let to = path.position(scene, neighbour)?;
-    if path.node(scene, neighbour)?.is_direction() {
+    if path.is_direction(scene, neighbour)? {
         return Ok(to);
     }
     let v = to - path.position(scene, i)?;

@@ -108,7 +108,13 @@ impl<'a> Path<'a> {
         }
         let position = self.vertex(i)?.position.wide();
         // Phase functions with a sharp peak do not forgive what single precision lacks in length.
-        Ok(if self.node(scene, i)?.is_direction() { position.normalize_or_zero() } else { position })
+        Ok(if self.is_direction(scene, i)? { position.normalize_or_zero() } else { position })
+    }
+
+    /// Whether vertex `i` is a direction instead of a point.
+    pub(super) fn is_direction(&self, scene: &Scene, i: usize) -> Result<bool, PathError> {
+        // Asked often: most vertices are no light, and need not be looked up.
+        Ok(self.vertex(i)?.kind == VERTEX_LIGHT && self.node(scene, i)?.is_direction())
     }
 
     /// Looks vertex `i` up.
@@ -132,7 +138,7 @@ impl<'a> Path<'a> {
         'a: 's,
     {
         let (from, to) = (self.position(scene, i)?, self.position(scene, i + 1)?);
-        let (direction, length) = if self.node(scene, i + 1)?.is_direction() {
+        let (direction, length) = if self.is_direction(scene, i + 1)? {
             (to, f64::INFINITY)
         } else {
             let length = (to - from).length();
@@ -142,10 +148,7 @@ impl<'a> Path<'a> {
         if !(length > 0.0) {
             return Err(PathErrorKind::ZeroLength.at(i));
         }
-        let start = if i == 0 { 0 } else { self.edge_end(i - 1)? };
-        let segments = self.segments.get(start..self.edge_end(i)?).filter(|s| !s.is_empty());
-        let segments = segments.ok_or(PathErrorKind::BadSegments.at(i))?;
-        let line = Line::new(scene.media, from, direction, length, segments);
+        let line = Line::new(scene.media, from, direction, length, self.edge_segments(i)?);
         if i > 0 {
             return Ok(line);
         }
@@ -153,6 +156,13 @@ impl<'a> Path<'a> {
         let camera = &scene.camera;
         let start = (camera.near_clip / camera.forward.dot(direction)).max(0.0).min(length);
         Ok(Line { start, start_normal: camera.forward, ..line })
+    }
+
+    /// The media along the edge from vertex i to i + 1.
+    pub(super) fn edge_segments(&self, i: usize) -> Result<&'a [Segment], PathError> {
+        let start = if i == 0 { 0 } else { self.edge_end(i - 1)? };
+        let segments = self.segments.get(start..self.edge_end(i)?).filter(|s| !s.is_empty());
+        segments.ok_or(PathErrorKind::BadSegments.at(i))
     }
 
     fn edge_end(&self, i: usize) -> Result<usize, PathError> {

@@ -254,6 +254,9 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let length = if on_surface { self.start + f64::from(self.hit.t) } else { f64::INFINITY };
         let share = if depth == 1 { self.look() } else { 1.0 };
         let line = self.line(length, self.hit.media());
+        if depth == 1 && !self.leads_on() {
+            return Ok(None);
+        }
         match sample_distance(&line, share * number(numbers, Slot::Distance)) {
             Flight::Collision { t, medium, optical_depth, pdf } => {
                 Ok(self.collide(depth, t, medium, optical_depth, pdf / share))
@@ -284,6 +287,13 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
         if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
+    }
+
+    /// Whether there are longer paths to render that begin with this ray: by a collision, or from the surface.
+    fn leads_on(&self) -> bool {
+        let hit = &self.hit;
+        let bsdf = self.scene.materials.get(hit.material as usize).filter(|_| hit.kind == HIT_SURFACE);
+        self.options.goes_beyond(1, false) || bsdf.is_some_and(Bsdf::is_specular) && self.options.goes_beyond(1, true)
     }
 
     /// Finds the nearest surface and the media up to it. False: they are too many.

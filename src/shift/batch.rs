@@ -4,8 +4,9 @@
 
 use super::evaluate::{CHUNK, Evaluation, Hits};
 use super::gradient::group_gradients;
-use super::place::{Draw, Member, Members, Spots, place, place_on_rays, spots};
+use super::place::{Draw, Member, Members, place, place_on_rays};
 use super::run::Shiftable;
+use super::spots::Spots;
 use super::tile::Tile;
 use super::weight::Weighing;
 use super::{Mode, Options};
@@ -73,7 +74,7 @@ impl Scratch {
         }
         let members = match tile {
             Some(tile) => place_on_rays(scene, path, tile, members),
-            None => place(&scene.camera, options, path, &mut draw, spots, members),
+            None => place(&scene.camera, options, path, &mut draw, members),
         };
         let mut weighing = Weighing::new(scene, path, members.len());
         let mut evaluation = Evaluation::new(scene, queries, path, hits);
@@ -107,16 +108,16 @@ fn linear(
     options: &Options,
     path: &Shiftable,
     mut draw: Draw<impl FnMut() -> f64>,
-    room: &mut Spots,
+    spots: &mut Spots,
     mut splat: impl FnMut(DVec2, Colour),
 ) -> BatchStats {
-    let spots = spots(&scene.camera, options, path, &mut draw, room);
-    for spot in spots.iter_mut() {
-        spot.pixel = spot.pixel.filter(|_| path.stays_in_media(scene, spot.y - path.first().x));
+    spots.fill(&scene.camera, options, path, &mut draw);
+    if !path.surely_stays_in_media(scene, spots.reach()) {
+        spots.retain(|offset| path.stays_in_media(scene, offset));
     }
-    let mut weighing = Weighing::new(scene, path, spots.len());
+    let mut weighing = Weighing::new(scene, path, spots.members);
     let gradients = group_gradients(&scene.camera, scene, path, weighing.own());
-    spots.iter().for_each(|spot| weighing.linear(options, &gradients, spot, &mut splat));
+    weighing.linear(options, &gradients, spots, &mut splat);
     weighing.finish(&mut splat);
     BatchStats { shifts: weighing.shifts, stays: weighing.stays, ..BatchStats::default() }
 }

@@ -1,8 +1,5 @@
 //! Where a path is shifted to. Kernels are symmetric: the density of x → y is that of y → x.
 
-use crate::math::{DVec2, DVec3};
-use crate::scene::Camera;
-
 /// Most offsets in a batch: a tile of 6 × 6 pixels.
 pub const MAX_SHIFTS: usize = 35;
 
@@ -53,11 +50,11 @@ pub enum Radius {
 }
 
 impl Radius {
-    /// In world units at `x`.
-    fn at(self, camera: &Camera, x: DVec3) -> f64 {
+    /// In pixels, whose side in world units is `pixel` where the vertex is.
+    pub(super) fn in_pixels(self, pixel: f64) -> f64 {
         match self {
-            Self::Pixels(pixels) => pixels * camera.pixel_size() * camera.depth(x),
-            Self::World(radius) => radius,
+            Self::Pixels(pixels) => pixels,
+            Self::World(radius) => radius / pixel,
         }
     }
 
@@ -130,35 +127,14 @@ impl Options {
     pub fn tile_side(&self) -> u32 {
         (1..).take_while(|side| side * side <= self.count as u32 + 1).last().unwrap_or(1)
     }
-
-    /// An offset of a vertex at `x` in space.
-    pub(super) fn offset(&self, camera: &Camera, x: DVec3, random: &mut impl FnMut() -> f64) -> DVec3 {
-        match self.kernel {
-            Kernel::Tile => DVec3::ZERO,
-            Kernel::Disk(radius) => {
-                let [right, up] = in_unit_ball(random).map(|d| d * radius.at(camera, x));
-                right * camera.right + up * camera.up
-            }
-            Kernel::Ball(radius) => radius * DVec3::from_array(in_unit_ball(random)),
-        }
-    }
-
-    /// An offset on the image, in pixels.
-    pub(super) fn image_offset(&self, random: &mut impl FnMut() -> f64) -> DVec2 {
-        match self.kernel {
-            Kernel::Disk(Radius::Pixels(pixels)) => pixels * DVec2::from_array(in_unit_ball(random)),
-            _ => DVec2::ZERO,
-        }
-    }
 }
 
-/// Uniform in the unit disk or ball: points of the square or cube around it are tried until one is inside, two at most in the mean.
-/// Sines and roots take several times as long.
-fn in_unit_ball<const N: usize>(random: &mut impl FnMut() -> f64) -> [f64; N] {
-    loop {
-        let point = [0; N].map(|_| 2.0 * random() - 1.0);
-        if point.iter().map(|coordinate| coordinate * coordinate).sum::<f64>() < 1.0 {
-            return point;
-        }
+/// Uniform in the unit disk or ball: points of the square or cube around it are tried until all are inside, two for each at most in the
+/// mean. Sines and roots take several times as long. One that is outside gives its slot to the next: no branch depends on chance.
+pub(super) fn fill_with_unit_ball<const N: usize>(points: &mut [[f64; N]], random: &mut impl FnMut() -> f64) {
+    let mut count = 0;
+    while let Some(point) = points.get_mut(count) {
+        *point = [0; N].map(|_| 2.0 * random() - 1.0);
+        count += usize::from(point.iter().map(|coordinate| coordinate * coordinate).sum::<f64>() < 1.0);
     }
 }

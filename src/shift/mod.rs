@@ -12,6 +12,7 @@ mod kernel;
 mod link;
 mod place;
 mod run;
+mod spots;
 mod tile;
 mod weight;
 

@@ -1,8 +1,9 @@
 //! Where the members of a batch are.
 
-use super::kernel::{Kernel, MAX_SHIFTS, Mode, Options};
+use super::kernel::{MAX_SHIFTS, Options};
 use super::run::{Place, Progress, Shiftable, volume_to_image};
-use super::tile::{Tile, Tiling, collision_probability};
+use super::spots::{spots, steps};
+use super::tile::{Tile, collision_probability};
 use crate::math::{DVec2, DVec3, absorptance, mean};
 use crate::medium::{Flight, collision_pdf, sample_distance};
 use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
@@ -75,79 +76,38 @@ impl Members {
     }
 }
 
-/// A copy of the path in space: its first vertex, and the pixel where that is seen. None: not on the sampled image.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Spot {
-    pub y: DVec3,
-    pub pixel: Option<DVec2>,
-}
-
-/// Room for those of a batch. (What is done to them is done to all, step by step: the steps for one wait for each other, those for several
-/// do not.)
-pub(super) struct Spots([Spot; MAX_SHIFTS]);
-
-impl Default for Spots {
-    fn default() -> Self {
-        Self([Spot::default(); MAX_SHIFTS])
-    }
-}
-
-/// Moves the path's first vertex in space, for each member other than the path itself.
-pub(super) fn spots<'s>(
-    camera: &Camera,
-    options: &Options,
-    path: &Shiftable,
-    draw: &mut Draw<impl FnMut() -> f64>,
-    spots: &'s mut Spots,
-) -> &'s mut [Spot] {
-    let (own, x) = (path.image.pixel, path.first().x);
-    if options.kernel == Kernel::Tile {
-        let scale = camera.pixel_size() * camera.depth(x);
-        let mut count = 0;
-        for (spot, offset) in spots.0.iter_mut().zip(Tiling::new(camera, options.tile_side(), draw.tiles).others(own)) {
-            let y = x + scale * (offset.x * camera.right - offset.y * camera.up);
-            *spot = Spot { y, pixel: Some(own + offset) };
-            count += 1;
-        }
-        return spots.0.get_mut(..count).unwrap_or(&mut []);
-    }
-    // The kernel is the same at all members: its radius in world units depends on depth alone, which a disk keeps.
-    let mut offset = || options.offset(camera, x, &mut draw.random);
-    let centre = if options.mode == Mode::Exchangeable { x + offset() } else { x };
-    let spots = spots.0.get_mut(..options.count).unwrap_or(&mut []);
-    spots.iter_mut().for_each(|spot| spot.y = centre + offset());
-    let lens = camera.on_lens(path.image.ray.origin);
-    spots.iter_mut().for_each(|spot| spot.pixel = camera.pixel(spot.y, lens));
-    spots
-}
-
 /// Places the members other than the path itself.
 pub(super) fn place<'m>(
     camera: &Camera,
     options: &Options,
     path: &Shiftable,
     draw: &mut Draw<impl FnMut() -> f64>,
-    spots: &mut Spots,
     members: &'m mut Members,
 ) -> &'m mut [Member] {
     let lens = camera.on_lens(path.image.ray.origin);
-    if path.first().place.is_surface() && options.kernel != Kernel::Tile {
-        let mut offset = || options.image_offset(&mut draw.random);
-        let own = path.image.pixel;
-        let centre = if options.mode == Mode::Exchangeable { own + offset() } else { own };
-        return members.fill((0..options.count).map(|_| {
-            let pixel = centre + offset();
+    let x = path.first().x;
+    let mut count = 0;
+    let mut put = |y: DVec3, image: Option<ImagePoint>| {
+        if let Some(slot) = members.0.get_mut(count) {
+            // Not the whole slot: its value is large.
+            (slot.y, slot.image) = (y, image);
+            slot.value = None;
+            count += 1;
+        }
+    };
+    if path.first().place.is_surface() {
+        let (own, side) = (path.image.pixel, camera.pixel_size() * camera.depth(x));
+        steps(camera, options, own, side, draw, |step| {
+            let pixel = own + step;
             let image = ImagePoint { pixel, ray: camera.ray(pixel, lens), distance: f64::INFINITY };
-            Member { image: Some(image).filter(|_| camera.samples(pixel)), y: path.first().x, value: None }
-        }));
+            put(x, Some(image).filter(|_| camera.samples(pixel)));
+        });
+    } else {
+        spots(camera, options, path, draw, |offset, pixel| {
+            put(x + offset, pixel.map(|pixel| camera.image_point(pixel, x + offset, lens)));
+        });
     }
-    let spots = self::spots(camera, options, path, draw, spots);
-    for (slot, Spot { y, pixel }) in members.0.iter_mut().zip(spots.iter()) {
-        // Not the whole slot: its value is large.
-        (slot.y, slot.image) = (*y, pixel.map(|pixel| camera.image_point(pixel, *y, lens)));
-        slot.value = None;
-    }
-    members.0.get_mut(..spots.len()).unwrap_or(&mut [])
+    members.0.get_mut(..count).unwrap_or(&mut [])
 }
 
 /// Places the members on the other rays of the tile, and evaluates f there up to the first vertex.

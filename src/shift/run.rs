@@ -207,6 +207,15 @@ impl Shiftable {
         }
     }
 
+    /// Whether they certainly do, by whatever offset of at most `reach` along each axis.
+    pub(super) fn surely_stays_in_media(&self, scene: &Scene, reach: DVec3) -> bool {
+        let scatters = |vertex: &RunVertex| {
+            let medium = scene.medium(vertex.place.medium());
+            medium.is_some_and(|medium| medium.density.is_surely_positive_around(vertex.x, reach))
+        };
+        self.run().iter().all(scatters)
+    }
+
     /// What the path carries where it was sampled.
     pub fn carried(&self, scene: &Scene) -> Colour {
         self.own(scene).values.iter().zip(self.rests()).map(|(value, rest)| *value * rest).sum()

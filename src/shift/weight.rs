@@ -2,9 +2,10 @@
 
 use super::gradient::GroupGradients;
 use super::kernel::{Mode, Options};
-use super::place::{Member, Spot};
+use super::place::Member;
 use super::run::{GROUPS, Groups, Progress, Shiftable};
-use crate::math::{Colour, DVec2, exp, luminance};
+use super::spots::Spots;
+use crate::math::{BVec4, Colour, DVec2, DVec4, exp_of_small, luminance};
 use crate::scene::Scene;
 
 /// Largest weight, and inverse of the smallest, with which a splat moves where weights are ratios f(y)/f(x). The relation "f(x) and f(y)
@@ -12,8 +13,25 @@ use crate::scene::Scene;
 /// neighbour, σ_s(y)/σ_s(x) where a density runs out) can make the variance infinite. A linear log f means nothing beyond it either.
 const MAX_RATIO: f64 = 4.0;
 
+/// Its logarithm.
+const LARGEST_SLOPE: f64 = 2.0 * core::f64::consts::LN_2;
+
 fn moves(ratio: f64) -> bool {
     ratio * MAX_RATIO >= 1.0 && ratio <= MAX_RATIO
+}
+
+/// W of several members from ⟨∇log f, offset⟩, and which of them move; 0 for those that stay.
+#[inline(always)]
+fn linear_weights(options: &Options, slope: DVec4) -> (DVec4, BVec4) {
+    let clamped = |w: DVec4| (w.max(DVec4::splat(-options.clamp)).min(DVec4::splat(options.clamp)), BVec4::TRUE);
+    match options.mode {
+        Mode::FirstOrder => clamped(1.0 + slope),
+        Mode::HalfOrder => clamped(1.0 + 0.5 * slope),
+        _ => {
+            let moves = slope.abs().cmple(DVec4::splat(LARGEST_SLOPE));
+            (DVec4::select(moves, exp_of_small(slope), DVec4::ZERO), moves)
+        }
+    }
 }
 
 /// A batch while its splats are made. All weights are divided by the number of members, the path itself included.
@@ -23,9 +41,8 @@ pub(super) struct Weighing<'a> {
     /// `rest` of each group, and all that it carries at x.
     rests: Groups,
     carried: Groups,
-    /// The groups that carry something.
-    groups: [u8; GROUPS],
-    group_count: usize,
+    /// Bit g: group g carries something.
+    carrying: u32,
     share: f64,
     /// What goes to the path's own pixel.
     at_own: Colour,
@@ -45,22 +62,10 @@ impl<'a> Weighing<'a> {
         let (own, rests) = (path.own(scene), path.rests());
         let carried: Groups = core::array::from_fn(|g| own.values[g] * rests[g]);
         let share = 1.0 / (others + 1) as f64;
-        let mut weighing = Self {
-            path,
-            own,
-            rests,
-            carried,
-            groups: [0; GROUPS],
-            group_count: 0,
-            share,
-            at_own: Colour::ZERO,
-            shifts: 0,
-            stays: 0,
-        };
+        let mut weighing = Self { path, own, rests, carried, carrying: 0, share, at_own: Colour::ZERO, shifts: 0, stays: 0 };
         for (g, carried) in carried.iter().enumerate() {
             if carried.max_element() > 0.0 {
-                weighing.groups[weighing.group_count] = g as u8;
-                weighing.group_count += 1;
+                weighing.carrying |= 1 << g;
                 weighing.at_own += carried * share;
             }
         }
@@ -76,9 +81,14 @@ impl<'a> Weighing<'a> {
         splat(self.path.image.pixel, self.at_own);
     }
 
+    /// The groups that carry something.
     fn groups(&self) -> impl Iterator<Item = usize> + use<> {
-        let (groups, count) = (self.groups, self.group_count);
-        groups.into_iter().take(count).map(usize::from)
+        let mut left = self.carrying;
+        core::iter::from_fn(move || {
+            let first = left.trailing_zeros();
+            left &= left.wrapping_sub(1);
+            (first < u32::BITS).then_some(first as usize)
+        })
     }
 
     /// Weighs a member's groups; None: that group's splat stays.
@@ -126,27 +136,38 @@ impl<'a> Weighing<'a> {
         self.add(cheap.pixel(), Split { there, stays }, splat);
     }
 
-    /// W from ⟨∇log f, offset⟩; 1 at x itself for a member without a pixel.
+    /// W from ⟨∇log f, offset⟩; 1 at x itself for members without a spot.
     pub fn linear(
         &mut self,
         options: &Options,
         gradients: &GroupGradients,
-        spot: &Spot,
+        spots: &Spots,
         splat: &mut impl FnMut(DVec2, Colour),
     ) {
-        let offset = spot.y - self.path.first().x;
-        let clamp = |w: f64| w.clamp(-options.clamp, options.clamp);
-        let split = self.split(|own, g| {
-            spot.pixel?;
-            let slope = gradients[g].dot(offset);
-            let w = match options.mode {
-                Mode::FirstOrder => clamp(1.0 + slope),
-                Mode::HalfOrder => clamp(1.0 + 0.5 * slope),
-                _ => Some(exp(slope)).filter(|w| moves(*w))?,
-            };
-            Some(own.carried[g] * w)
-        });
-        self.add(spot.pixel, split, splat);
+        let mut stay_counts = [spots.members - spots.len(); GROUPS];
+        for ([x, y, z], pixels) in spots.blocks() {
+            let mut there = [DVec4::ZERO; 3];
+            let lanes = (1 << pixels.len()) - 1;
+            for g in self.groups() {
+                let slope = gradients[g].x * x + gradients[g].y * y + gradients[g].z * z;
+                let (weight, moves) = linear_weights(options, slope);
+                if !moves.all() {
+                    stay_counts[g] += (!moves.bitmask() & lanes).count_ones() as usize;
+                }
+                for (channel, carried) in there.iter_mut().zip(self.carried[g].to_array()) {
+                    *channel += carried * weight;
+                }
+            }
+            let [r, g, b] = there.map(|channel| (channel * self.share).to_array());
+            for (pixel, ((r, g), b)) in pixels.iter().zip(r.into_iter().zip(g).zip(b)) {
+                splat(*pixel, Colour::new(r, g, b));
+            }
+        }
+        for g in self.groups() {
+            self.shifts += spots.members as u64;
+            self.stays += stay_counts[g] as u64;
+            self.at_own += self.carried[g] * (stay_counts[g] as f64 * self.share);
+        }
     }
 
     /// W = s(y)/Σs over all members, s being the luminance of what changes. Where f(y) = 0 a member gets nothing.

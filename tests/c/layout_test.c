@@ -49,8 +49,22 @@ SIZE(volgrad_transmittance_estimate, 88);
 SIZE(volgrad_shift_options, 40);
 OFFSET(volgrad_shift_options, run, 24);
 OFFSET(volgrad_shift_options, clamp, 36);
-SIZE(volgrad_path_sampler_options, 64);
+SIZE(volgrad_path_sampler_options, 72);
 OFFSET(volgrad_path_sampler_options, shift, 24);
+OFFSET(volgrad_path_sampler_options, left_out_first, 64);
+SIZE(volgrad_bidirectional_options, 24);
+OFFSET(volgrad_bidirectional_options, seed, 16);
+SIZE(volgrad_chain_options, 72);
+OFFSET(volgrad_chain_options, seed, 24);
+OFFSET(volgrad_chain_options, shift, 32);
+SIZE(volgrad_chain_techniques, 4 * 65 * 66);
+SIZE(volgrad_chain_start, 40);
+OFFSET(volgrad_chain_start, share, 16);
+OFFSET(volgrad_chain_start, brightness, 32);
+SIZE(volgrad_chain_plan_result, 24);
+OFFSET(volgrad_chain_plan_result, relative_error, 16);
+SIZE(volgrad_chain_stats, 112);
+OFFSET(volgrad_chain_stats, rays, 64);
 
 int main(void)
 {

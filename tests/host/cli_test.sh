@@ -71,6 +71,31 @@ for option in run exact alpha; do
 done
 expect 2 "--shift-kernel means nothing without a --shift" "$scene" -o "$work/a.exr" --shift-kernel tile
 expect 2 "--shift-count means nothing without a --shift" "$scene" -o "$work/a.exr" --shift-count 4
+expect 2 "--integrator pt: expected" "$scene" -o "$work/a.exr" --integrator pt
+expect 2 "--heuristic best: expected" "$scene" -o "$work/a.exr" --integrator bdpt --heuristic best
+expect 2 "--heuristic means nothing without --integrator bdpt" "$scene" -o "$work/a.exr" --heuristic power
+expect 2 "--shift does not go with --integrator bdpt" "$scene" -o "$work/a.exr" --integrator bdpt --shift exact
+expect 2 "2 or more edges, but max_depth is 1" "$scene" -o "$work/a.exr" --integrator bdpt --max-depth 1
+wrong_chains() { # OPTION VALUE
+    expect 2 "--$1 $2: expected" "$scene" -o "$work/a.exr" --integrator mmlt --$1 $2
+}
+for option in mutations chains bootstrap large-step shift-every; do
+    wrong_chains $option 0
+    wrong_chains $option x
+done
+wrong_chains chains 16777217
+wrong_chains burn-in -1
+wrong_chains large-step 1.5
+for lengths in 5-3 1-4 2-65 4 2- -4 2-4-6 2-x; do
+    wrong_chains chain-lengths $lengths
+done
+for option in mutations chains bootstrap burn-in large-step; do
+    expect 2 "--$option means nothing without --integrator mmlt" "$scene" -o "$work/a.exr" --$option 1
+done
+expect 2 "--chain-lengths means nothing without --integrator mmlt" "$scene" -o "$work/a.exr" --chain-lengths 2-4
+expect 2 "--shift-every means nothing without a --shift" "$scene" -o "$work/a.exr" --integrator mmlt --shift-every 4
+expect 2 "--shift-every means nothing without --integrator mmlt" "$scene" -o "$work/a.exr" --shift exact --shift-every 4
+expect 2 "paths of 5 or more edges (--chain-lengths), but max_depth is 4" "$scene" -o "$work/a.exr" --integrator mmlt --chain-lengths 5-9 --max-depth 4
 expect 2 "--crop 4,4,4,8: expected" "$scene" -o "$work/a.exr" --crop 4,4,4,8
 expect 2 "--crop reaches beyond the image" "$scene" -o "$work/a.exr" --crop 0,0,129,8
 expect 2 "cannot open" "$work/none.xml" -o "$work/a.exr"
@@ -115,6 +140,53 @@ check "a disk" image disk --spp 2 --shift log_linear --shift-kernel disk
 check "--shift-alpha" image alpha --spp 2 --shift log_linear --shift-kernel disk --shift-alpha 0.25
 check "--shift-alpha: header" header "$work/alpha.exr" "h['shiftAlpha'] == 0.25 and h['shiftKernel'] == 'disk'"
 check "--shift-alpha makes another image" different "$work/alpha.exr" "$work/disk.exr"
+# ---- the other integrators ----
+
+bdpt() { image "$@" --integrator bdpt --spp 2; }
+check "bdpt: one thread" bdpt bdpt-1 --threads 1
+check "bdpt: two threads" bdpt bdpt-2 --threads 2
+check "bdpt: threads do not change a pixel" same "$work/bdpt-1.exr" "$work/bdpt-2.exr"
+check "bdpt: header" header "$work/bdpt-1.exr" \
+    "(h['integrator'], h['heuristic'], h['samplesPerPixel'], 'chains' in h) == ('bdpt', 'balance', 2, False)"
+check "bdpt: power heuristic" bdpt bdpt-power --heuristic power
+check "bdpt: it makes another image" different "$work/bdpt-1.exr" "$work/bdpt-power.exr"
+check "bdpt: its depth is that of the path sampler" bdpt bdpt-shallow --max-depth 2
+
+mmlt() { # NAME ARGUMENTS...
+    name=$1
+    shift
+    image "$name" --integrator mmlt --mutations 3 --burn-in 20 --bootstrap 9000 "$@"
+}
+check "mmlt: one thread" mmlt mmlt-1 --threads 1 --chains 50
+check "mmlt: two threads" mmlt mmlt-2 --threads 2 --chains 50
+check "mmlt: threads do not change a pixel" same "$work/mmlt-1.exr" "$work/mmlt-2.exr"
+check "mmlt: header" header "$work/mmlt-1.exr" \
+    "(h['integrator'], h['samplesPerPixel'], h['burnIn'], h['chainLengthsFirst'], h['chainLengthsLast']) == ('mmlt', 1, 20, 2, 32)"
+check "mmlt: header: chains" header "$work/mmlt-1.exr" \
+    "50 <= h['chains'] < 50 + 31 and 3 <= h['mutationsPerPixel'] < 3.1 and abs(h['chains'] * h['mutationsPerChain'] / 128 ** 2 - h['mutationsPerPixel']) < 1e-5"
+check "mmlt: header: brightness" header "$work/mmlt-1.exr" \
+    "0.1 < h['brightness'] < 1 and 0 < h['brightnessRelativeError'] < 1 and h['bootstrapSamples'] == 9000"
+for option in "chains 49" "bootstrap 9001" "large-step 0.5" "burn-in 21" "chain-lengths 2-16" "spp 2" "seed 1" "shift exact"; do
+    check "mmlt: --$option" mmlt mmlt-other --chains 50 --$option
+    check "mmlt: --$option makes another image" different "$work/mmlt-1.exr" "$work/mmlt-other.exr"
+done
+check "mmlt: shifts, one thread" mmlt mmlt-shift-1 --threads 1 --shift exchangeable --shift-every 2
+check "mmlt: shifts, two threads" mmlt mmlt-shift-2 --threads 2 --shift exchangeable --shift-every 2
+check "mmlt: shifts: threads do not change a pixel" same "$work/mmlt-shift-1.exr" "$work/mmlt-shift-2.exr"
+check "mmlt: --max-depth" mmlt mmlt-shallow --max-depth 6
+check "mmlt: --max-depth: header" header "$work/mmlt-shallow.exr" "h['chainLengthsLast'] == 6"
+check "mmlt: a crop" mmlt mmlt-crop --crop 16,32,48,40
+check "mmlt: --time" image mmlt-timed --integrator mmlt --time 1
+check "mmlt: --time: header" header "$work/mmlt-timed.exr" "0.9 < h['renderTimeSeconds'] < 3 and h['mutationsPerChain'] > 10"
+"$render" "$scene" -o "$work/noted.exr" --integrator mmlt --mutations 1 --stats >"$work/stats" 2>"$work/messages"
+check "mmlt: tells the brightness" grep -q "^brightness 0.[0-9]*, known to [0-9.]* %, from [0-9]* samples" "$work/messages"
+check "mmlt: plain progress" grep -qx "100%" "$work/messages"
+check "mmlt: stats" grep -q "^mutations  *[1-9]" "$work/stats"
+# Interrupted or not, rounds or none: the same image.
+check "mmlt: many rounds" image rounds --integrator mmlt --mutations 40 --chains 8 --bootstrap 9000
+"$render" "$scene" -o "$work/one-round.exr" --integrator mmlt --mutations 40 --chains 8 --bootstrap 9000 --threads 7 --quiet
+check "mmlt: as many rounds as the threads make" same "$work/rounds.exr" "$work/one-round.exr"
+
 check "another seed" image other --spp 2 --seed 8
 check "another seed makes another image" different "$work/one.exr" "$work/other.exr"
 check "--crop" image crop --spp 1 --crop 16,32,48,40
@@ -125,24 +197,39 @@ check "--max-depth" image shallow --spp 1 --max-depth 1
 
 # ---- Ctrl-C ----
 
-interrupt() { # NAME TIMES: Ctrl-C after a while; leaves the exit status in $status
-    "$render" "$scene" -o "$work/$1.exr" --time 120 --seed 3 2>"$work/messages" &
+interrupt() { # NAME ARGUMENTS...: Ctrl-C after a while; leaves the exit status in $status
+    name=$1
+    shift
+    "$render" "$scene" -o "$work/$name.exr" --time 120 --seed 3 "$@" 2>"$work/messages" &
     pid=$!
     sleep 2
-    for _ in $(seq "$2"); do
-        kill -INT "$pid"
-    done
+    kill -INT "$pid"
     wait "$pid"
     status=$?
 }
 
-interrupt stopped 1
+number() { # FILE NAME: of an attribute
+    "$python" -c "import sys, OpenEXR; print('%.0f' % OpenEXR.File(sys.argv[1], header_only=True).header()[sys.argv[2]][0])" "$1" "$2"
+}
+
+interrupt stopped
 check "Ctrl-C: exit status 130, not $status" test "$status" -eq 130
 check "Ctrl-C: says so" grep -q "ending this pass" "$work/messages"
 check "Ctrl-C: whole passes" header "$work/stopped.exr" "h['samplesPerPixel'] >= 1 and h['samplesPerPixel'] % 1 == 0"
-passes=$("$python" -c "import sys, OpenEXR; print('%.0f' % OpenEXR.File(sys.argv[1], header_only=True).header()['samplesPerPixel'][0])" "$work/stopped.exr")
+passes=$(number "$work/stopped.exr" samplesPerPixel)
 check "Ctrl-C: the same passes without" image whole --seed 3 --spp "$passes"
 check "Ctrl-C: the image is that of those passes" same "$work/stopped.exr" "$work/whole.exr"
+mean() { # FILE LOW HIGH
+    "$python" -c "import sys; sys.path.insert(0, '$root/tests/validate'); from images import read; m = read(sys.argv[1]).mean(); print(m); sys.exit(not float(sys.argv[2]) < m < float(sys.argv[3]))" "$@"
+}
+for arguments in "bdpt" "mmlt" "mmlt --bootstrap 9000"; do # in passes, in the bootstrap, in rounds
+    interrupt stopped-other --integrator $arguments
+    check "$arguments: Ctrl-C: exit status 130, not $status" test "$status" -eq 130
+    check "$arguments: Ctrl-C: as bright as the whole image" mean "$work/stopped-other.exr" 0.3 0.5
+    check "$arguments: Ctrl-C: a preview" test -s "$work/stopped-other.png"
+    rm -f "$work"/stopped-other.*
+done
+
 check "no unfinished file is left" test -z "$(find "$work" -name '*.part')"
 
 echo "$passed passed, $failed failed"

@@ -226,6 +226,26 @@ static void test_distance_limits(tally *t)
     end(&s);
 }
 
+/* From a point that rounding put on the surface before it: volgrad takes distances > 0 only. */
+static void test_start_on_surface(tally *t)
+{
+    test_scene s;
+    begin(&s);
+    add_rectangle(&s, 1.0f, 1.98f);
+    finish(&s);
+    int hits = 0, good = 0;
+    uint64_t random = 1;
+    for (int i = 0; i < 1000; ++i) {
+        volgrad_vec3 origin = random_point(&random, 0.9);
+        origin.z = 1.98f;
+        volgrad_hit hit = intersect(&s, ray_from(origin, uniform(&random), uniform(&random), 1, FOG));
+        hits += hit.kind == VOLGRAD_HIT_SURFACE;
+        good += hit.kind == VOLGRAD_HIT_NONE || (hit.t > 0.0f && hit.segments[0].end >= hit.t);
+    }
+    CHECK(t, hits > 0 && good == 1000);
+    end(&s);
+}
+
 static void test_ray_to_infinity(tally *t)
 {
     test_scene s;
@@ -772,6 +792,7 @@ int main(void)
     tally t = {0, 0};
     test_rectangle(&t);
     test_distance_limits(&t);
+    test_start_on_surface(&t);
     test_ray_to_infinity(&t);
     test_bad_rays(&t);
     test_null_cube(&t);

@@ -30,7 +30,8 @@ pub struct Mean {
 }
 
 impl Mean {
-    fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+    /// Of independent values.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
         let n = values.clone().count() as f64;
         let value = values.clone().sum::<f64>() / n;
         let variance = values.map(|v| (v - value) * (v - value)).sum::<f64>() / (n - 1.0);

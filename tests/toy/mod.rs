@@ -1,7 +1,7 @@
-//! A toy host: geometry of boxes, parallelograms and discs that answers the library's queries, without any ray tracing library.
+//! A toy host: geometry of boxes, parallelograms, triangles, discs and spheres that answers the library's queries, without any ray tracing library.
 //!
 //! Axis-aligned boxes bound media (null surfaces) and may be nested: the last box of the list that holds a point decides.
-//! Parallelograms and discs are opaque, and may be lights.
+//! The others are surfaces, and may be lights.
 
 #![allow(dead_code)]
 
@@ -29,14 +29,25 @@ pub enum Shape {
         edge_u: DVec3,
         edge_v: DVec3,
     },
+    /// Its normal is edge_u × edge_v.
+    Triangle {
+        corner: DVec3,
+        edge_u: DVec3,
+        edge_v: DVec3,
+    },
     Disc {
         centre: DVec3,
         normal: DVec3,
         radius: f64,
     },
+    /// Its normal points outwards.
+    Sphere {
+        centre: DVec3,
+        radius: f64,
+    },
 }
 
-/// An opaque surface.
+/// A surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface {
     pub shape: Shape,
@@ -96,31 +107,46 @@ impl MediumBox {
 }
 
 impl Shape {
-    pub fn normal(&self) -> DVec3 {
+    pub fn normal(&self, x: DVec3) -> DVec3 {
         match *self {
-            Self::Parallelogram { edge_u, edge_v, .. } => edge_u.cross(edge_v).normalize(),
+            Self::Parallelogram { edge_u, edge_v, .. } | Self::Triangle { edge_u, edge_v, .. } => {
+                edge_u.cross(edge_v).normalize()
+            }
             Self::Disc { normal, .. } => normal,
+            Self::Sphere { centre, .. } => (x - centre).normalize(),
         }
     }
 
-    /// Distance along the line to the shape.
-    fn distance(&self, line: &Line) -> Option<f64> {
+    /// Distance along the line to the shape, from `t_min` on.
+    fn distance(&self, line: &Line, t_min: f64) -> Option<f64> {
         let (normal, through) = match *self {
-            Self::Parallelogram { corner, edge_u, edge_v } => (edge_u.cross(edge_v), corner),
+            Self::Parallelogram { corner, edge_u, edge_v } | Self::Triangle { corner, edge_u, edge_v } => {
+                (edge_u.cross(edge_v), corner)
+            }
             Self::Disc { centre, normal, .. } => (normal, centre),
+            Self::Sphere { centre, radius } => return sphere_distance(centre, radius, line, t_min),
         };
         let t = (through - line.origin).dot(normal) / line.direction.dot(normal);
         let from = line.at(t) - through;
         let inside = match *self {
-            Self::Parallelogram { edge_u, edge_v, .. } => {
+            Self::Parallelogram { edge_u, edge_v, .. } | Self::Triangle { edge_u, edge_v, .. } => {
                 let (u, v) = (from.cross(edge_v).dot(normal), edge_u.cross(from).dot(normal));
                 let area2 = normal.length_squared();
-                u >= 0.0 && u < area2 && v >= 0.0 && v < area2
+                let half = matches!(self, Self::Triangle { .. });
+                u >= 0.0 && u < area2 && v >= 0.0 && v < area2 && (!half || u + v < area2)
             }
             Self::Disc { radius, .. } => from.length_squared() < radius * radius,
+            Self::Sphere { .. } => false,
         };
-        (t.is_finite() && inside).then_some(t)
+        (t.is_finite() && t >= t_min && inside).then_some(t)
     }
+}
+
+fn sphere_distance(centre: DVec3, radius: f64, line: &Line, t_min: f64) -> Option<f64> {
+    let from = line.origin - centre;
+    let (a, b) = (line.direction.length_squared(), from.dot(line.direction));
+    let root = (b * b - a * (from.length_squared() - radius * radius)).sqrt();
+    [(-b - root) / a, (-b + root) / a].into_iter().find(|t| *t >= t_min)
 }
 
 impl Geometry {
@@ -130,6 +156,10 @@ impl Geometry {
         let surfaces = self.surfaces.iter().flat_map(|surface| match surface.shape {
             Shape::Parallelogram { corner, edge_u, edge_v } => {
                 [corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v]
+            }
+            Shape::Triangle { corner, edge_u, edge_v } => [corner, corner + edge_u, corner + edge_v, corner],
+            Shape::Sphere { centre, radius } => {
+                [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].map(|[a, b]| centre + radius * DVec3::new(a, b, a * b))
             }
             Shape::Disc { centre, radius, .. } => [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]]
                 .map(|[a, b]| centre + radius * DVec3::new(a, b, a * b) * 1.5),
@@ -148,8 +178,8 @@ impl Geometry {
     fn nearest(&self, line: &Line, t_min: f64, t_max: f64) -> Option<(f64, &Surface)> {
         let mut nearest: Option<(f64, &Surface)> = None;
         for surface in &self.surfaces {
-            let Some(t) = surface.shape.distance(line) else { continue };
-            if t >= t_min.max(1e-9) && t < nearest.map_or(t_max, |(t, _)| t) {
+            let Some(t) = surface.shape.distance(line, t_min.max(1e-9)) else { continue };
+            if t < nearest.map_or(t_max, |(t, _)| t) {
                 nearest = Some((t, surface));
             }
         }
@@ -200,7 +230,7 @@ impl Geometry {
         if let Some((t, surface)) = self.nearest(&line, ray.t_min.into(), length) {
             (hit.kind, hit.t) = (HIT_SURFACE, t as f32);
             (hit.material, hit.light) = (surface.material, surface.light);
-            hit.normal = surface.shape.normal().into();
+            hit.normal = surface.shape.normal(line.at(t)).into();
             hit.shading_normal = hit.normal;
             // An occlusion query goes on through the surface: its media count as if nothing were there.
             length = if to_surface { t } else { length };

@@ -1,10 +1,12 @@
 //! What the statistical tests look at: everything of a toy scene in one owner, and the scene with all kinds of edges.
 
 use super::{Geometry, MediumBox, Shape, Surface};
-use volgrad::math::{Colour, DAffine3, DVec3};
+use volgrad::math::{Colour, DAffine3, DMat3, DVec3, Rgb};
 use volgrad::medium::{Density, Grid, Medium, NONE};
 use volgrad::phase::Phase;
-use volgrad::scene::{Bsdf, Camera, Conductor, Ggx, Light, Lights, Reflector, RoughConductor, Scene};
+use volgrad::scene::{
+    Bsdf, Camera, Conductor, EnvironmentMap, Ggx, Light, Lights, Reflector, RoughConductor, Scene, running_sums, sums_length,
+};
 
 /// Owns what a `Scene` borrows.
 #[derive(Clone, Debug)]
@@ -65,6 +67,20 @@ impl World {
             _ => None,
         };
         self.light_media = self.lights.iter().map(|l| place(l).map_or(NONE, |x| self.geometry.medium_at(x))).collect();
+    }
+
+    /// A light of this shape and radiance, which is black.
+    pub fn shining(self, shape: Shape, radiance: Colour) -> Self {
+        let light = match shape {
+            Shape::Parallelogram { corner, edge_u, edge_v } => Light::Parallelogram { corner, edge_u, edge_v, radiance },
+            Shape::Triangle { corner, edge_u, edge_v } => Light::Triangle { corner, edge_u, edge_v, radiance },
+            Shape::Sphere { centre, radius } => Light::Sphere { centre, radius, radiance },
+            Shape::Disc { .. } => panic!("there are no discs among the lights"),
+        };
+        let index = self.lights.len() as u32;
+        let mut world = self.light(light, 1.0);
+        world.geometry.surfaces.push(Surface { shape, material: 0, light: index });
+        world
     }
 
     /// A parallelogram light, and its black surface.
@@ -192,4 +208,14 @@ pub fn edges_with_rough_surfaces() -> World {
     edges_under_area_lights()
         .surface(rectangle([-1.7, -1.4, 0.2], [0.0, 0.5, 1.2], [3.4, 0.0, 0.0]), rough)
         .surface(rectangle([-1.6, 0.1, 0.4], [1.6, 0.0, 0.2], [0.0, 1.1, 0.3]), two_sided)
+}
+
+/// An image of 8 by 5 texels as a light; it is never freed.
+pub fn environment_map(texel: impl Fn(usize) -> f32) -> Light<'static> {
+    let texels: Vec<Rgb> = (0..40).map(|i| Rgb { r: texel(i), g: texel(i), b: texel(i) }).collect();
+    let mut sums = vec![0.0; sums_length(8, 5)];
+    running_sums(&texels, 8, 5, Colour::ONE, &mut sums);
+    let to_world = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
+    let map = EnvironmentMap::new(texels.leak(), 8, 5, to_world, Colour::ONE, sums.leak());
+    Light::EnvironmentMap(map.expect("the lengths fit"))
 }

@@ -14,7 +14,7 @@ pub use specular::{LogDerivative, path_run_log_derivative};
 use super::contribution::in_vacuum;
 use super::{Path, PathError, PathErrorKind};
 use crate::math::{Colour, DVec3, LUMINANCE, luminance, transmittance};
-use crate::medium::{Line, optical_depth};
+use crate::medium::optical_depth;
 use crate::scene::Scene;
 use run::{Run, Side};
 
@@ -88,7 +88,7 @@ fn relative_colour(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathE
         let largest = colour.max_element();
         colour = if largest > 0.0 { colour / largest } else { colour };
         if j + 1 < path.vertices.len() {
-            depth += relative_depth(&path.edge(scene, j)?);
+            depth += relative_depth(scene, path, j)?;
         }
     }
     colour *= transmittance(depth - depth.min_element());
@@ -99,10 +99,11 @@ fn relative_colour(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathE
     Ok(colour)
 }
 
-/// τ of an edge up to a number that is the same for all channels. Only a light infinitely far away can be hidden by a grey medium.
-fn relative_depth(line: &Line) -> Colour {
-    let media = line.segments.iter().filter_map(|segment| line.media.get(segment.medium as usize));
-    let mut colours = media.map(|medium| medium.sigma_t);
-    let grey = colours.all(|sigma_t| sigma_t.x == sigma_t.y && sigma_t.x == sigma_t.z);
-    if grey && line.length.is_finite() { Colour::ZERO } else { optical_depth(line) }
+/// τ of the edge from vertex i to i + 1 up to a number that is the same for all channels. Only a light infinitely far away can be hidden
+/// by a grey medium.
+fn relative_depth(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathError> {
+    let media = path.edge_segments(i)?.iter().filter_map(|segment| scene.media.get(segment.medium as usize));
+    let grey = media.map(|medium| medium.sigma_t).all(|sigma_t| sigma_t.x == sigma_t.y && sigma_t.x == sigma_t.z);
+    let finite = !path.is_direction(scene, i + 1)?;
+    Ok(if grey && finite { Colour::ZERO } else { optical_depth(&path.edge(scene, i)?) })
 }

@@ -50,13 +50,21 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     /// connections.
     pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
+        // All of a sample or nothing: a callback can stop it, but only before its first splat.
+        let mut seen_elsewhere = [(DVec2::ZERO, Colour::ZERO); MAX_LENGTH];
         for pixel in pixels {
-            let mut sum = Colour::ZERO;
+            let (mut sum, mut count) = (Colour::ZERO, 0);
             let place = self.place(pass, pixel);
             self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
                 let Connection { pixel, value, weight, .. } = sample.connection;
-                if sample.camera.len() == 1 { film.add(pixel, value * weight) } else { sum += value * weight }
+                if sample.camera.len() > 1 {
+                    sum += value * weight;
+                } else if let Some(splat) = seen_elsewhere.get_mut(count) {
+                    *splat = (pixel, value * weight);
+                    count += 1;
+                }
             })?;
+            seen_elsewhere.iter().take(count).for_each(|(place, value)| film.add(*place, *value));
             film.add(place, sum);
             stats.paths += 1;
         }

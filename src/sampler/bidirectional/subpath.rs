@@ -104,11 +104,12 @@ pub fn from_camera<'a, Q: Queries>(
         pdf: scene.camera.direction_density(view.ray.cosine),
         throughput: Colour::ONE,
         eta_squared: 1.0,
+        from_far: false,
     };
-    walk.go(limits, numbers, |walk, numbers| {
+    walk.go(limits, numbers, |walk, _, numbers| {
         let line = view.line(scene, view.length());
         let flight = sample_distance(&line, share * number(numbers, Slot::Distance));
-        walk.arrive(&view.hit, view.length(), flight, share)
+        Ok(walk.arrive(view.ray.origin, &view.hit, view.length(), flight, share))
     })
 }
 
@@ -146,12 +147,14 @@ pub fn from_light<'a, Q: Queries>(
         pdf: start.pdf,
         throughput: vertex.throughput * start.weight,
         eta_squared: 1.0,
+        from_far: matches!(vertex.kind, Kind::Far { .. }),
     };
-    walk.go(limits, numbers, |walk, numbers| {
+    walk.go(limits, numbers, |walk, hit, numbers| {
         let medium = vertex.medium(scene, start.direction);
         let ray = Ray { t_min: vertex.epsilon as f32, ..Ray::free(start.origin, start.direction, f64::INFINITY, medium) };
-        let Some(hit) = walk.intersect(&ray)? else { return Ok(false) };
-        Ok(walk.fly(&hit, start.origin, number(numbers, Slot::Distance)))
+        let found = walk.fly(&ray, start.origin, hit, number(numbers, Slot::Distance))?;
+        walk.from_far = false;
+        Ok(found)
     })
 }
 
@@ -218,6 +221,8 @@ struct Walk<'a, 'w, Q> {
     throughput: Colour,
     /// Product of the squared indices of refraction entered; undoes the compression of radiance in the roulette.
     eta_squared: f64,
+    /// Whether the ray comes from infinitely far away: `pdf` is then per area across it.
+    from_far: bool,
 }
 
 impl<'a, Q: Queries> Walk<'a, '_, Q> {
@@ -226,12 +231,13 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
         &mut self,
         limits: Limits,
         numbers: &mut impl PrimarySample,
-        mut first: impl FnMut(&mut Self, &VertexNumbers) -> Result<bool, Stop>,
+        mut first: impl FnMut(&mut Self, &mut Hit, &VertexNumbers) -> Result<bool, Stop>,
     ) -> Result<(), Stop> {
+        let mut hit = Hit::EMPTY;
         let most = limits.vertices.min(MAX_VERTICES);
         for index in 1..most {
             let numbers = numbers.vertex(index as u32);
-            let found = if index == 1 { first(self, &numbers)? } else { self.advance(&numbers)? };
+            let found = if index == 1 { first(self, &mut hit, &numbers)? } else { self.advance(&mut hit, &numbers)? };
             if !found || index + 1 == most || !self.scatter(index, limits, &numbers) {
                 break;
             }
@@ -239,46 +245,31 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
         Ok(())
     }
 
-    fn last(&self) -> Vertex<'a> {
-        self.path.vertices().last().copied().unwrap_or(EMPTY)
-    }
-
     /// Along the current direction to the next vertex. False: there is none.
-    fn advance(&mut self, numbers: &VertexNumbers) -> Result<bool, Stop> {
-        let from = self.last();
-        let medium = from.medium(self.scene, self.direction);
-        let ray = Ray { t_min: from.epsilon as f32, ..Ray::free(from.position, self.direction, f64::INFINITY, medium) };
-        let Some(hit) = self.intersect(&ray)? else { return Ok(false) };
-        Ok(self.fly(&hit, from.position, number(numbers, Slot::Distance)))
+    fn advance(&mut self, hit: &mut Hit, numbers: &VertexNumbers) -> Result<bool, Stop> {
+        let Some(from) = self.path.vertices().last() else { return Ok(false) };
+        let (origin, medium) = (from.position, from.medium(self.scene, self.direction));
+        let ray = Ray { t_min: from.epsilon as f32, ..Ray::free(origin, self.direction, f64::INFINITY, medium) };
+        self.fly(&ray, origin, hit, number(numbers, Slot::Distance))
     }
 
-    fn intersect(&mut self, ray: &Ray) -> Result<Option<Hit>, Stop> {
-        let mut hits = [Hit::EMPTY];
+    /// Follows a ray. False: it leads to no vertex.
+    fn fly(&mut self, ray: &Ray, origin: DVec3, hit: &mut Hit, u: f64) -> Result<bool, Stop> {
         self.stats.rays += 1;
-        self.queries.intersect(&[*ray], &mut hits)?;
-        let [hit] = hits;
+        self.queries.intersect(core::slice::from_ref(ray), core::slice::from_mut(hit))?;
         if hit.kind == HIT_OVERFLOW {
             self.stats.overflows += 1;
-            return Ok(None);
+            return Ok(false);
         }
         hit.check(self.scene)?;
-        Ok(Some(hit))
-    }
-
-    fn fly(&mut self, hit: &Hit, origin: DVec3, u: f64) -> bool {
         let length = if hit.kind == HIT_SURFACE { f64::from(hit.t) } else { f64::INFINITY };
         let line = Line::new(self.scene.media, origin, self.direction, length, hit.media());
         let flight = sample_distance(&line, u);
-        self.arrive_from(origin, hit, length, flight, 1.0)
-    }
-
-    fn arrive(&mut self, hit: &Hit, length: f64, flight: Flight, share: f64) -> Result<bool, Stop> {
-        let origin = self.last().position;
-        Ok(self.arrive_from(origin, hit, length, flight, share))
+        Ok(self.arrive(origin, hit, length, flight, 1.0))
     }
 
     /// Makes the vertex at the end of a flight, of whose numbers a `share` was used. False: there is none.
-    fn arrive_from(&mut self, origin: DVec3, hit: &Hit, length: f64, flight: Flight, share: f64) -> bool {
+    fn arrive(&mut self, origin: DVec3, hit: &Hit, length: f64, flight: Flight, share: f64) -> bool {
         let vertex = match flight {
             Flight::Collision { t, medium, optical_depth, pdf } => {
                 self.collision(origin, t, medium, optical_depth, pdf / share)
@@ -288,15 +279,13 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
             Flight::Passed { optical_depth, probability } => self.end(origin, hit, length, optical_depth, probability),
         };
         let Some(mut vertex) = vertex.filter(|_| self.throughput.max_element() > 0.0) else { return false };
-        let from = self.last();
         vertex.throughput = self.throughput;
-        vertex.density = match from.kind {
-            Kind::Far { .. } => self.pdf * vertex.cosine(self.direction) * mean(vertex.extinction * vertex.edge.transmittance),
-            _ => self.pdf * vertex.arrival(&vertex.edge) / share,
-        };
-        if let Kind::Far { .. } = from.kind {
+        vertex.density = if self.from_far {
             vertex.edge.distance = f64::INFINITY;
-        }
+            self.pdf * vertex.cosine(self.direction) * mean(vertex.extinction * vertex.edge.transmittance)
+        } else {
+            self.pdf * vertex.arrival(&vertex.edge) / share
+        };
         let found = vertex.density > 0.0;
         if found {
             self.path.push(vertex);
@@ -335,23 +324,25 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
 
     /// Chooses the direction in which the walk leaves its last vertex, number `index`. False: it ends there.
     fn scatter(&mut self, index: usize, limits: Limits, numbers: &VertexNumbers) -> bool {
-        let vertex = self.last();
+        let Some(vertex) = self.path.vertices().last() else { return false };
         let back = vertex.edge.back;
-        let Some(sample) = self.sample(&vertex, numbers) else { return false };
+        let Some(sample) = self.sample(vertex, numbers) else { return false };
         let survival = self.survival(index, limits);
         if number(numbers, Slot::Survival) >= survival {
             return false;
         }
+        let pdf = vertex.scattering_density(back, sample.direction);
+        let before = self.path.vertices().get(index.wrapping_sub(1));
+        let reverse =
+            before.map(|before| vertex.scattering_density(sample.direction, back) * before.arrival(&vertex.edge.reversed()));
+        if let Some(reverse) = reverse {
+            self.path.set_reverse(index - 1, reverse);
+        }
         self.eta_squared *= sample.eta_squared;
         let weight = if self.adjoint { sample.weight * sample.eta_squared } else { sample.weight };
         self.throughput *= weight / survival;
-        self.direction = sample.direction;
-        self.pdf = vertex.scattering_density(back, sample.direction);
-        if let Some(before) = self.path.vertices().get(index.wrapping_sub(1)) {
-            let reverse = vertex.scattering_density(sample.direction, back) * before.arrival(&vertex.edge.reversed());
-            self.path.set_reverse(index - 1, reverse);
-        }
-        self.pdf > 0.0 && self.throughput.max_element() > 0.0
+        (self.direction, self.pdf) = (sample.direction, pdf);
+        pdf > 0.0 && self.throughput.max_element() > 0.0
     }
 
     fn sample(&self, vertex: &Vertex, numbers: &VertexNumbers) -> Option<BsdfSample> {

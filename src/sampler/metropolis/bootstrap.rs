@@ -5,6 +5,8 @@
 
 use super::numbers::{Technique, capacity};
 use super::path::{Scratch, make, target};
+use super::techniques::Techniques;
+use crate::math::sqrt;
 use crate::sampler::bidirectional::MAX_LENGTH;
 use crate::sampler::path_tracer::{Lengths, Stats};
 use crate::sampler::primary::{bootstrap_numbers, plan_numbers};
@@ -13,17 +15,18 @@ use crate::scene::{Queries, Scene, Stop};
 /// Numbers of any path.
 pub type Numbers = [f64; capacity(MAX_LENGTH)];
 
-/// The path length of sample number `index`: all take turns.
-pub fn length(lengths: Lengths, index: u64) -> usize {
-    (u64::from(lengths.first) + index % u64::from(lengths.last - lengths.first + 1)) as usize
+/// The path length and the technique of sample `index`, and where its numbers come from.
+fn sample(seed: u64, techniques: &Techniques, index: u64) -> (usize, Technique, impl FnMut() -> f64 + use<>) {
+    let mut random = bootstrap_numbers(seed, index);
+    let (length, technique) = techniques.pick(random(), random());
+    (length, technique, random)
 }
 
-/// The technique and the numbers of sample `index`, to make a path of `length` edges.
-pub fn sample(seed: u64, length: usize, index: u64, numbers: &mut Numbers) -> Technique {
-    let mut random = bootstrap_numbers(seed, index);
-    let technique = Technique::pick(length, random());
+/// The path length, the technique and the numbers of sample `index`.
+pub fn numbers(seed: u64, techniques: &Techniques, index: u64, numbers: &mut Numbers) -> (usize, Technique) {
+    let (length, technique, mut random) = sample(seed, techniques, index);
     numbers.iter_mut().take(technique.numbers()).for_each(|number| *number = random());
-    technique
+    (length, technique)
 }
 
 /// The values of `weights.len()` samples from number `first` on.
@@ -31,55 +34,58 @@ pub fn run<Q: Queries>(
     scene: &Scene,
     queries: &Q,
     seed: u64,
-    lengths: Lengths,
+    techniques: &Techniques,
     first: u64,
     weights: &mut [f32],
     stats: &mut Stats,
 ) -> Result<(), Stop> {
     let (mut room, mut numbers) = (Scratch::default(), [0.0; capacity(MAX_LENGTH)]);
     for (index, weight) in (first..).zip(weights) {
-        let length = length(lengths, index);
-        let technique = sample(seed, length, index, &mut numbers);
+        let (length, technique) = self::numbers(seed, techniques, index, &mut numbers);
         let path = make(scene, queries, technique, &numbers[..technique.numbers()], &mut room, stats)?;
-        let value = path.map_or(0.0, |path| target(&path) * Technique::count(length) as f64) as f32;
+        let value = path.map_or(0.0, |path| target(&path) / techniques.probability(length, technique)) as f32;
         *weight = if value.is_finite() { value } else { 0.0 };
     }
     Ok(())
 }
 
+/// How often to try each technique, as samples that tried all alike tell. Their seed is not that of the samples to come, which would share
+/// their numbers.
+pub fn learn(seed: u64, lengths: Lengths, weights: &[f32]) -> Techniques {
+    let alike = Techniques::alike(lengths);
+    let mut squares = [[0.0; MAX_LENGTH + 1]; MAX_LENGTH + 1];
+    for (index, weight) in (0..).zip(weights) {
+        let (length, technique, _) = sample(seed, &alike, index);
+        let probability = alike.probability(length, technique);
+        let value = f64::from(*weight) * probability;
+        squares[length][technique.camera - 1] += value * value / probability;
+    }
+    Techniques::learned(lengths, |length, i| squares[length][i])
+}
+
 /// Brightness of one path length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Brightness {
-    pub count: u64,
     pub sum: f64,
     pub sum_of_squares: f64,
 }
 
 impl Brightness {
-    pub fn add(&mut self, value: f64) {
-        self.count += 1;
+    fn add(&mut self, value: f64) {
         self.sum += value;
         self.sum_of_squares += value * value;
-    }
-
-    pub fn mean(&self) -> f64 {
-        if self.count > 0 { self.sum / self.count as f64 } else { 0.0 }
-    }
-
-    /// Squared standard error of the mean.
-    pub fn variance(&self) -> f64 {
-        let (n, mean) = (self.count as f64, self.mean());
-        if self.count > 1 { (self.sum_of_squares / n - mean * mean).max(0.0) / (n - 1.0) } else { 0.0 }
     }
 }
 
 /// What all chains begin with.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    pub lengths: Lengths,
-    pub by_length: [Brightness; MAX_LENGTH + 1],
+    seed: u64,
+    techniques: Techniques,
+    samples: u64,
+    by_length: [Brightness; MAX_LENGTH + 1],
     /// How many chains each length gets.
-    pub chains: [u32; MAX_LENGTH + 1],
+    chains: [u32; MAX_LENGTH + 1],
     pub chain_count: u32,
 }
 
@@ -99,11 +105,17 @@ pub struct Start {
 
 impl Plan {
     /// `weights` are those of the samples from number 0 on.
-    pub fn new(lengths: Lengths, weights: &[f32], chain_count: u32) -> Self {
-        let mut plan =
-            Self { lengths, by_length: [Brightness::default(); MAX_LENGTH + 1], chains: [0; MAX_LENGTH + 1], chain_count: 0 };
+    pub fn new(seed: u64, techniques: &Techniques, weights: &[f32], chain_count: u32) -> Self {
+        let mut plan = Self {
+            seed,
+            techniques: *techniques,
+            samples: weights.len() as u64,
+            by_length: [Brightness::default(); MAX_LENGTH + 1],
+            chains: [0; MAX_LENGTH + 1],
+            chain_count: 0,
+        };
         for (index, weight) in (0..).zip(weights) {
-            plan.by_length[length(lengths, index)].add(f64::from(*weight));
+            plan.by_length[sample(seed, techniques, index).0].add(f64::from(*weight));
         }
         plan.share_out(chain_count);
         plan
@@ -111,48 +123,58 @@ impl Plan {
 
     /// b of all lengths together.
     pub fn brightness(&self) -> f64 {
-        self.by_length.iter().map(Brightness::mean).sum()
+        self.by_length.iter().map(|length| length.sum).sum::<f64>() / self.samples.max(1) as f64
     }
 
     /// Its standard error, relative.
     pub fn relative_error(&self) -> f64 {
-        let b = self.brightness();
-        if b > 0.0 { libm::sqrt(self.by_length.iter().map(Brightness::variance).sum()) / b } else { 0.0 }
+        let (b, n) = (self.brightness(), self.samples as f64);
+        let square = self.by_length.iter().map(|length| length.sum_of_squares).sum::<f64>() / n;
+        if b > 0.0 { sqrt((square / (b * b) - 1.0).max(0.0) / (n - 1.0).max(1.0)) } else { 0.0 }
     }
 
     /// Chains in proportion to brightness, one at least for each length that is not dark: so there can be more of them than wanted.
     fn share_out(&mut self, wanted: u32) {
-        let b = self.brightness();
+        let all: f64 = self.by_length.iter().map(|length| length.sum).sum();
         for (chains, length) in self.chains.iter_mut().zip(&self.by_length) {
-            if length.mean() > 0.0 {
-                *chains = (libm::round(f64::from(wanted) * length.mean() / b) as u32).max(1);
+            if length.sum > 0.0 {
+                *chains = (libm::round(f64::from(wanted) * length.sum / all) as u32).max(1);
                 self.chain_count += *chains;
             }
         }
     }
 
-    /// The start of each chain, chains of one length in a row: evenly spread over the samples' sum of values, from one random place on.
-    pub fn starts(&self, seed: u64, weights: &[f32], mut tell: impl FnMut(Start)) {
-        let mut random = plan_numbers(seed);
-        for length in self.lengths.first..=self.lengths.last {
-            let u = random();
-            let (chains, brightness) = (self.chains[length as usize], &self.by_length[length as usize]);
-            let share = f64::from(self.chain_count) / f64::from(chains);
-            let period = self.lengths.last - self.lengths.first + 1;
-            let samples = (0u64..).zip(weights).skip((length - self.lengths.first) as usize).step_by(period as usize);
-            let (mut sum, mut next) = (0.0, 0);
-            let mut last = Start { length, share, chains: self.chain_count, brightness: brightness.mean(), ..Start::default() };
-            for (sample, weight) in samples {
-                if !(*weight > 0.0) {
-                    continue;
-                }
-                (sum, last.sample) = (sum + f64::from(*weight), sample);
-                while next < chains && sum * f64::from(chains) > (f64::from(next) + u) * brightness.sum {
-                    tell(last);
-                    next += 1;
-                }
+    /// The start of each chain, evenly spread over the sum of its length's values from a random place on. As the samples go, lengths mixed.
+    pub fn starts(&self, weights: &[f32], mut tell: impl FnMut(Start)) {
+        let mut random = plan_numbers(self.seed);
+        // How much of each length's sum has passed, in chains; a chain starts wherever this passes a whole number.
+        let mut passed = [0.0; MAX_LENGTH + 1];
+        passed.iter_mut().for_each(|passed| *passed = random());
+        let mut begun = [0; MAX_LENGTH + 1];
+        let mut last = [Start::default(); MAX_LENGTH + 1];
+        for (index, weight) in (0..).zip(weights) {
+            let (length, _, _) = sample(self.seed, &self.techniques, index);
+            let (chains, sum) = (self.chains[length], self.by_length[length].sum);
+            if !(*weight > 0.0) {
+                continue;
             }
-            (next..chains).for_each(|_| tell(last));
+            let start = Start {
+                sample: index,
+                length: length as u32,
+                share: f64::from(self.chain_count) / f64::from(chains),
+                chains: self.chain_count,
+                brightness: sum / self.samples as f64,
+            };
+            last[length] = start;
+            passed[length] += f64::from(chains) * f64::from(*weight) / sum;
+            while begun[length] < chains && passed[length] >= f64::from(begun[length] + 1) {
+                tell(start);
+                begun[length] += 1;
+            }
+        }
+        // Rounding can leave the last one out.
+        for (length, start) in last.iter().enumerate() {
+            (begun[length]..self.chains[length]).for_each(|_| tell(*start));
         }
     }
 }

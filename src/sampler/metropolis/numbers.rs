@@ -23,16 +23,6 @@ pub struct Technique {
 }
 
 impl Technique {
-    /// One of those that make a path of `length` edges, all alike, from a number in (0, 1).
-    pub fn pick(length: usize, u: f64) -> Self {
-        let camera = 1 + ((u * Self::count(length) as f64) as usize).min(length);
-        Self { camera, light: length + 1 - camera }
-    }
-
-    pub fn count(length: usize) -> usize {
-        length + 1
-    }
-
     fn camera_numbers(self) -> usize {
         PER_VERTEX * self.camera
     }

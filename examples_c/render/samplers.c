@@ -1,0 +1,75 @@
+#include "samplers.h"
+
+#include <stdio.h>
+
+/* Most edges of a path; UINT32_MAX: no limit. */
+static uint32_t longest_path(const samplers *all)
+{
+    return all->path.max_depth > 0 ? all->path.max_depth : UINT32_MAX;
+}
+
+static uint32_t at_most(uint32_t value, uint32_t limit)
+{
+    return value < limit ? value : limit;
+}
+
+static void leave_out(samplers *all, uint32_t first, uint32_t last)
+{
+    all->path.left_out_first = first;
+    all->path.left_out_last = last;
+}
+
+static int set_bidirectional(samplers *all, const options *o)
+{
+    const uint32_t shortest = 2;
+    if (longest_path(all) < shortest) {
+        fputs("volgrad-render: --integrator bdpt is for paths of 2 or more edges, but max_depth is 1: use path\n", stderr);
+        return 0;
+    }
+    all->bidirectional.max_length = at_most(VOLGRAD_MAX_LENGTH, longest_path(all));
+    all->bidirectional.rr_depth = all->path.rr_depth;
+    all->bidirectional.heuristic = o->heuristic;
+    all->bidirectional.seed = o->seed;
+    leave_out(all, shortest, all->bidirectional.max_length);
+    return 1;
+}
+
+static int set_chains(samplers *all, const options *o)
+{
+    volgrad_chain_options *chains = &all->chains.options;
+    if (longest_path(all) < chains->min_length) {
+        fprintf(stderr, "volgrad-render: chains are for paths of %u or more edges (--chain-lengths), but max_depth is %u\n",
+                (unsigned)chains->min_length, (unsigned)longest_path(all));
+        return 0;
+    }
+    chains->max_length = at_most(chains->max_length, longest_path(all));
+    chains->seed = o->seed;
+    chains->shift = o->shift;
+    leave_out(all, chains->min_length, chains->max_length);
+    return 1;
+}
+
+int samplers_set(samplers *out, const options *o, const scene *s)
+{
+    *out = (samplers){.chains = o->chains};
+    volgrad_status status = volgrad_path_sampler_options_default(&out->path, sizeof out->path);
+    if (status == VOLGRAD_OK) {
+        status = volgrad_bidirectional_options_default(&out->bidirectional, sizeof out->bidirectional);
+    }
+    if (status != VOLGRAD_OK) {
+        fprintf(stderr, "volgrad-render: samplers: %s\n", volgrad_status_message(status));
+        return 0;
+    }
+    out->path.max_depth = o->has_max_depth ? o->max_depth : s->max_depth;
+    out->path.rr_depth = s->rr_depth;
+    out->path.seed = o->seed;
+    out->path.shift = o->shift;
+    switch (o->integrator) {
+    case INTEGRATOR_BDPT:
+        return set_bidirectional(out, o);
+    case INTEGRATOR_MMLT:
+        return set_chains(out, o);
+    default:
+        return 1;
+    }
+}

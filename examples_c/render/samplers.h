@@ -1,0 +1,17 @@
+/* The settings of all samplers, from the command line and the scene. */
+#ifndef RENDER_SAMPLERS_H
+#define RENDER_SAMPLERS_H
+
+#include "options.h"
+#include "scene.h"
+
+typedef struct {
+    volgrad_path_sampler_options path; /* beside another one: leaves out what that one renders */
+    volgrad_bidirectional_options bidirectional;
+    chain_settings chains;
+} samplers;
+
+/* Returns 0 if the command line does not go with the scene; it has said so then. */
+int samplers_set(samplers *out, const options *o, const scene *s);
+
+#endif
