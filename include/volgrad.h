@@ -948,6 +948,33 @@ volgrad_status volgrad_film_develop(const struct volgrad_film *film, double scal
 // Number of splats that were dropped (see `volgrad_film_add`).
 volgrad_status volgrad_film_dropped(const struct volgrad_film *film, uint64_t *dropped);
 
+// The size of the film that `volgrad_guide_learn` fills. VOLGRAD_ERROR_RANGE if the scene has too many lights (more than 1023) or none.
+volgrad_status volgrad_guide_film_size(const struct volgrad_scene *scene, uint32_t *width, uint32_t *height);
+
+// As `volgrad_bidirectional_run`, but for the image: adds what the subpaths from each light carry to `film`, of
+// `volgrad_guide_film_size`, by where they go. Some ten samples for each of its pixels are enough. Films of several threads add up, as
+// all films do.
+volgrad_status volgrad_guide_learn(const struct volgrad_scene *scene,
+                                   const struct volgrad_queries *queries,
+                                   const struct volgrad_bidirectional_options *options,
+                                   uint64_t pass,
+                                   uint32_t first_pixel,
+                                   uint32_t pixel_count,
+                                   struct volgrad_film *film);
+
+// Memory that a guided scene needs: 33 KiB for each light.
+volgrad_status volgrad_guide_size(const struct volgrad_scene *scene, uintptr_t *bytes);
+
+// Makes a scene in `memory` that is `scene`, but that the subpaths which the bidirectional sampler and chains start from its lights
+// go more often where the film says that they carry more. All else about it is the same, and every image still has the same
+// expectation: a fifth of the subpaths go wherever the lights shine. `bytes` as from `volgrad_guide_size`, aligned to 16. The new
+// scene refers to `scene`, whose memory has to outlive it. Chains of one plan all use the same guided scene.
+volgrad_status volgrad_guide_init(void *memory,
+                                  uintptr_t bytes,
+                                  const struct volgrad_scene *scene,
+                                  struct volgrad_film *film,
+                                  const struct volgrad_scene **guided);
+
 // Writes an OpenEXR file (32-bit float R, G, B; lossless): 3 floats per pixel of the window, row by row from the top; `count` is exactly
 // 3 * window_width * window_height. Allocates. An existing file is replaced; on an error what is left of it is unusable.
 volgrad_status volgrad_exr_write(const char *path,
