@@ -1,7 +1,7 @@
 //! A Markov chain over the paths of one length: Multiplexed Metropolis Light Transport. [HKD14]
 //!
 //! Differs from [HKD14]: small steps keep the technique, so that a chain has the numbers of one technique only and none that nothing reads;
-//! large steps, whose samples are independent, count as such too, by the balance heuristic [K02].
+//! large steps, whose samples are independent, count as such too, by the balance heuristic [KSKAC02].
 
 use super::bootstrap::{self, Numbers, Start};
 use super::numbers::{Technique, capacity, step};
