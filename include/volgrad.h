@@ -12,7 +12,7 @@
  *  - Callbacks get `user` back, run on the thread that called volgrad, and must not throw or longjmp.
  *
  * The functions come in three layers, each complete without the next: kernels (lines, phase functions, paths), shifts for any
- * sampler's paths, and a path sampler. Equation numbers [Lu20 (n)] refer to G. Lu, Gradient-Domain Volume Rendering, Utrecht 2020.
+ * sampler's paths, and samplers. Equation numbers [Lu20 (n)] refer to G. Lu, Gradient-Domain Volume Rendering, Utrecht 2020.
  */
 
 #ifndef VOLGRAD_H
@@ -276,7 +276,7 @@ typedef struct volgrad_hit {
   // Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
   // Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
   uint32_t segment_count;
-  // Distance to the surface, world units.
+  // Distance to the surface, world units, > 0.
   float t;
   // Geometric unit normal, as the surface is oriented (not flipped towards the ray).
   struct volgrad_vec3 normal;
@@ -857,7 +857,7 @@ volgrad_status volgrad_bidirectional_run(const struct volgrad_scene *scene,
 volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
 
 // Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
-// the image is, and where chains may begin. The array for all samples starts with number 0 and has no gaps;
+// the image is, and where chains may begin. One that is not finite counts as 0. The array for all samples starts with number 0 and has no gaps;
 // threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples of that kind
 // `volgrad_chain_learn` makes a better choice, for a new array.
 volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,

@@ -187,7 +187,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let every = u64::from(self.options.shift_every);
         for _ in 0..count {
             // Only what moves costs a batch: whether a path does depends on the path alone.
-            let of_batches = if state.mutations % every == 0 { every as f64 } else { 0.0 };
+            let of_batches = if state.mutations.is_multiple_of(every) { every as f64 } else { 0.0 };
             let worth = |sample: &Sample| if sample.moves { of_batches } else { 1.0 };
             let decision = self.decide(state, numbers, &mut room, stats)?;
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
