@@ -25,7 +25,7 @@ SCENES := $(wildcard scenes/*.xml)
 
 PACKAGES := assimp expat libpng zlib
 EMBREE = $(shell $(CC) $(CPPFLAGS) -E -x c -include embree4/rtcore.h /dev/null >/dev/null 2>&1 && echo embree4 || echo embree3)
-C_FLAGS = -std=c11 -Wall -Wextra -Wpedantic -Iinclude $(CPPFLAGS) $(shell pkg-config --cflags $(PACKAGES)) $(CFLAGS)
+C_FLAGS = -std=c11 -ffp-contract=off -Wall -Wextra -Wpedantic -Iinclude $(CPPFLAGS) $(shell pkg-config --cflags $(PACKAGES)) $(CFLAGS)
 C_LIBS = $(shell pkg-config --libs $(PACKAGES)) -l$(EMBREE) -lpthread -ldl -lm $(LDFLAGS)
 
 HOST := $(wildcard examples_c/render/*.c)

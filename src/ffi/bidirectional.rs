@@ -34,7 +34,7 @@ pub struct volgrad_bidirectional_options {
     pub seed: u64,
 }
 
-const DEFAULTS: volgrad_bidirectional_options = volgrad_bidirectional_options {
+pub(super) const DEFAULTS: volgrad_bidirectional_options = volgrad_bidirectional_options {
     struct_size: size_of::<volgrad_bidirectional_options>() as u32,
     max_length: VOLGRAD_MAX_LENGTH,
     rr_depth: 5,
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn volgrad_bidirectional_run(
     })())
 }
 
-fn options(o: &volgrad_bidirectional_options) -> Result<Options, Fault> {
+pub(super) fn options(o: &volgrad_bidirectional_options) -> Result<Options, Fault> {
     if !(2..=VOLGRAD_MAX_LENGTH).contains(&o.max_length) {
         return Err(VOLGRAD_ERROR_RANGE.at(c"max_length", 0));
     }

@@ -177,7 +177,7 @@ pub unsafe extern "C" fn volgrad_chain_options_default(
 }
 
 /// Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
-/// the image is, and where chains may begin. The array for all samples starts with number 0 and has no gaps;
+/// the image is, and where chains may begin. One that is not finite counts as 0. The array for all samples starts with number 0 and has no gaps;
 /// threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples of that kind
 /// `volgrad_chain_learn` makes a better choice, for a new array.
 #[unsafe(no_mangle)]
@@ -312,7 +312,7 @@ pub unsafe extern "C" fn volgrad_chain_init(
         let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         let write = unsafe { output(chain) }?;
         let counted = unsafe { counted(stats) }?;
-        if !lengths.contains(start.length) || !(start.brightness > 0.0 && start.share > 0.0) {
+        if !(lengths.contains(start.length) && start.brightness > 0.0 && start.share > 0.0) {
             return Err(VOLGRAD_ERROR_RANGE.at(c"start", 0));
         }
         check_memory(memory, bytes, bytes_of(lengths.last))?;

@@ -1,7 +1,7 @@
 //! A Markov chain over the paths of one length: Multiplexed Metropolis Light Transport. [HKD14]
 //!
 //! Differs from [HKD14]: small steps keep the technique, so that a chain has the numbers of one technique only and none that nothing reads;
-//! large steps, whose samples are independent, count as such too, by the balance heuristic [K02].
+//! large steps, whose samples are independent, count as such too, by the balance heuristic [KSKAC02].
 
 use super::bootstrap::{self, Numbers, Start};
 use super::numbers::{Technique, capacity, step};
@@ -187,7 +187,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let every = u64::from(self.options.shift_every);
         for _ in 0..count {
             // Only what moves costs a batch: whether a path does depends on the path alone.
-            let of_batches = if state.mutations % every == 0 { every as f64 } else { 0.0 };
+            let of_batches = if state.mutations.is_multiple_of(every) { every as f64 } else { 0.0 };
             let worth = |sample: &Sample| if sample.moves { of_batches } else { 1.0 };
             let decision = self.decide(state, numbers, &mut room, stats)?;
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
