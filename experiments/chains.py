@@ -25,8 +25,8 @@ SEEDS = 5
 FIRST_SEED = 100  # others than those of peers.py and of the trials
 MODES = ["exchangeable", "exact", "two_level"]
 EVERY = [1, 4]
-SETTINGS = "--integrator mmlt --stats --chains 32 --bootstrap 131072"
-MUTATIONS = {"smoke": 8, "room": 16, "cloud": 8, "caustic": 24}  # per pixel: two seconds, roughly
+SETTINGS = "--integrator mmlt --stats --chains 32 --bootstrap 65536"
+MUTATIONS = {"smoke": 8, "room": 6, "cloud": 8, "caustic": 12}  # per pixel: one second without shifts, roughly
 PLAIN = ("none", 0)
 VARIANTS = [PLAIN, *((mode, every) for mode in MODES for every in EVERY)]
 # As --stats names them, in the order of the file.

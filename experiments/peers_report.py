@@ -126,8 +126,9 @@ def readme_row(m, scene):
 
 
 README = """CPU-seconds to an image of 128 x 128 pixels with 10 % relative RMSE, with 95 % intervals, of `--integrator path`, `bdpt` and `mmlt`, and of
-Mitsuba's `volpath` in the variant that is faster there ({about}). The last column is also how much lower the squared error of
-volgrad's best is in equal time. All measurements: [experiments/peers.md](experiments/peers.md); again with `make peers`.
+the faster variant of Mitsuba's `volpath`. The last column is also by how much the squared error of volgrad's best is lower in equal time.
+{about}.
+All measurements: [experiments/peers.md](experiments/peers.md); again with `make peers`.
 
 {table}"""
 
