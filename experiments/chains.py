@@ -155,7 +155,7 @@ def main():
     table, output = ROOT / "experiments" / "chains.csv", Path(arguments.output).resolve()
     if not arguments.report:
         output.mkdir(parents=True, exist_ok=True)
-        write_rows(table, machine(arguments.render), COLUMNS, list(measure(arguments.render, output)))
+        write_rows(table, machine(arguments.render), COLUMNS, measure(arguments.render, output))
     write(table)
 
 

@@ -216,7 +216,8 @@ def machine(renderer):
 
 
 def write_rows(table, about, columns, rows):
-    with open(table, "w", newline="") as file:
+    """Each as soon as it is there."""
+    with open(table, "w", newline="", buffering=1) as file:
         file.write(f"# {about}\n")
         csv.writer(file, lineterminator="\n").writerows([columns, *rows])
 
@@ -229,7 +230,7 @@ def measure_all(renderer, output, minutes, table):
     about = f"Mitsuba {mitsuba.__version__}, {machine(renderer)}"
     programs, pictures = all_programs(renderer, output), Pictures()
     cells = list(make_cells(programs, list(tile_programs(renderer, output)), minutes))
-    write_rows(table, about, peers_report.COLUMNS, list(measure(cells, pictures)))
+    write_rows(table, about, peers_report.COLUMNS, measure(cells, pictures))
     pictures.write(output)
 
 
