@@ -219,7 +219,9 @@ def write_rows(table, about, columns, rows):
     """Each as soon as it is there."""
     with open(table, "w", newline="", buffering=1) as file:
         file.write(f"# {about}\n")
-        csv.writer(file, lineterminator="\n").writerows([columns, *rows])
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(rows)
 
 
 def measure_all(renderer, output, minutes, table):

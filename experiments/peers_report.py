@@ -163,7 +163,9 @@ Written by `make peers`. {about}. How it was measured: [peers.py](peers.py). Eve
 
 * *per pixel*: samples; for `mmlt`, mutations.
 * *time to 10 %*: CPU-seconds, mean over {rounds} rounds of relative MSE x time, over 0.01; 95 % intervals.
-* *short : long* is that from the short renders over that from the long: 1 where the squared error falls as 1/time.
+* *short : long* is that from the short renders over that from the long: 1 where the squared error falls as 1/time. Where it is far from
+  1, or its interval wide, as for chains that find the brightness of the image from few samples, the time to 10 % is but a guess: there
+  the error is mostly that of the brightness, and of rare paths on which chains stay long.
 * *mean* is the whole image's over the reference's, *z* the difference in standard errors of both. The reference of `smoke` itself is only
   known to 0.3 % (scenes/README.md).
 * *compiling*: CPU-seconds per scene and sample count before the first image, not in the time. volgrad-render's start-up is in the time.
