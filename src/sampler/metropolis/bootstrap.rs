@@ -1,7 +1,8 @@
 //! What chains begin with: independent samples, whose mean is the brightness b of each path length, and among which starts are chosen.
 //!
 //! A start is chosen in proportion to its value, and b is the mean of the same values: so the expected image is right from the first
-//! mutation on. [V97 11.3.1]
+//! mutation on [V97 11.3.1]. Almost: the balance heuristic takes b from the samples that chains begin with, and one is brighter where it is
+//! among them. So images are too dark, relatively by less than the probability of a large step over the number of samples of a length.
 
 use super::numbers::{Technique, capacity};
 use super::path::{Scratch, make, target};
@@ -15,14 +16,14 @@ use crate::scene::{Queries, Scene, Stop};
 /// Numbers of any path.
 pub type Numbers = [f64; capacity(MAX_LENGTH)];
 
-/// The path length and the technique of sample `index`, and where its numbers come from.
+/// The path length and the technique of sample `index`, and where its numbers come from. `seed` is that of the techniques.
 fn sample(seed: u64, techniques: &Techniques, index: u64) -> (usize, Technique, impl FnMut() -> f64 + use<>) {
     let mut random = bootstrap_numbers(seed, index);
     let (length, technique) = techniques.pick(random(), random());
     (length, technique, random)
 }
 
-/// The path length, the technique and the numbers of sample `index`.
+/// The path length, the technique and the numbers of sample `index`. `seed` is that of the techniques.
 pub fn numbers(seed: u64, techniques: &Techniques, index: u64, numbers: &mut Numbers) -> (usize, Technique) {
     let (length, technique, mut random) = sample(seed, techniques, index);
     numbers.iter_mut().take(technique.numbers()).for_each(|number| *number = random());
@@ -40,6 +41,7 @@ pub fn run<Q: Queries>(
     stats: &mut Stats,
 ) -> Result<(), Stop> {
     let (mut room, mut numbers) = (Scratch::default(), [0.0; capacity(MAX_LENGTH)]);
+    let seed = techniques.seed(seed);
     for (index, weight) in (first..).zip(weights) {
         let (length, technique) = self::numbers(seed, techniques, index, &mut numbers);
         let path = make(scene, queries, technique, &numbers[..technique.numbers()], &mut room, stats)?;
@@ -52,6 +54,7 @@ pub fn run<Q: Queries>(
 /// How often to try each technique, as samples that tried all alike tell.
 pub fn learn(seed: u64, lengths: Lengths, weights: &[f32]) -> Techniques {
     let alike = Techniques::alike(lengths);
+    let seed = alike.seed(seed);
     let mut squares = [[0.0; MAX_LENGTH + 1]; MAX_LENGTH + 1];
     for (index, weight) in (0..).zip(weights) {
         let (length, technique, _) = sample(seed, &alike, index);
@@ -80,6 +83,8 @@ impl Brightness {
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     seed: u64,
+    /// That of the techniques.
+    sample_seed: u64,
     techniques: Techniques,
     samples: u64,
     by_length: [Brightness; MAX_LENGTH + 1],
@@ -107,6 +112,7 @@ impl Plan {
     pub fn new(seed: u64, techniques: &Techniques, weights: &[f32], chain_count: u32) -> Self {
         let mut plan = Self {
             seed,
+            sample_seed: techniques.seed(seed),
             techniques: *techniques,
             samples: weights.len() as u64,
             by_length: [Brightness::default(); MAX_LENGTH + 1],
@@ -114,7 +120,7 @@ impl Plan {
             chain_count: 0,
         };
         for (index, weight) in (0..).zip(weights) {
-            plan.by_length[sample(seed, techniques, index).0].add(f64::from(*weight));
+            plan.by_length[sample(plan.sample_seed, techniques, index).0].add(f64::from(*weight));
         }
         plan.share_out(chain_count);
         plan
@@ -152,7 +158,7 @@ impl Plan {
         let mut begun = [0; MAX_LENGTH + 1];
         let mut last = [Start::default(); MAX_LENGTH + 1];
         for (index, weight) in (0..).zip(weights) {
-            let (length, _, _) = sample(self.seed, &self.techniques, index);
+            let (length, _, _) = sample(self.sample_seed, &self.techniques, index);
             let (chains, sum) = (self.chains[length], self.by_length[length].sum);
             if !(*weight > 0.0) {
                 continue;

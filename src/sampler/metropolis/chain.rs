@@ -122,7 +122,7 @@ impl State {
     /// Chain number `index`. `numbers` has room for [`capacity`] of its length. None: the start is not one of these samples.
     pub fn new(options: &Options, techniques: &Techniques, index: u32, start: Start, numbers: &mut [f64]) -> Option<Self> {
         let mut all: Numbers = [0.0; capacity(MAX_LENGTH)];
-        let (length, technique) = bootstrap::numbers(options.seed, techniques, start.sample, &mut all);
+        let (length, technique) = bootstrap::numbers(techniques.seed(options.seed), techniques, start.sample, &mut all);
         let shares = *techniques.shares(start.length as usize);
         numbers.iter_mut().zip(all).for_each(|(to, from)| *to = from);
         let random = ChainNumbers::new(options.seed, index);
