@@ -386,8 +386,8 @@ typedef struct volgrad_chain_start {
   double share;
   // Chains in all.
   uint32_t chains;
-  uint32_t reserved;
-  // Brightness of this length.
+  // Brightness of this length as the other samples alone tell it, and as all do.
+  float others;
   double brightness;
 } volgrad_chain_start;
 

@@ -1,8 +1,8 @@
 //! What chains begin with: independent samples, whose mean is the brightness b of each path length, and among which starts are chosen.
 //!
 //! A start is chosen in proportion to its value, and b is the mean of the same values: so the expected image is right from the first
-//! mutation on [V97 11.3.1]. Almost: the balance heuristic takes b from the samples that chains begin with, and one is brighter where it is
-//! among them. So images are too dark, relatively by less than the probability of a large step over the number of samples of a length.
+//! mutation on [V97 11.3.1]. The balance heuristic needs b too, and there a start's own value must not be part of it: it would count for less
+//! the brighter it is, and images with n samples per length would be darker by up to the probability of a large step over n.
 
 use super::numbers::{Technique, capacity};
 use super::path::{Scratch, make, target};
@@ -103,8 +103,9 @@ pub struct Start {
     pub share: f64,
     /// Chains of all lengths.
     pub chains: u32,
-    /// b of this length.
+    /// b of this length, and as the other samples alone tell it.
     pub brightness: f64,
+    pub others: f32,
 }
 
 impl Plan {
@@ -169,6 +170,7 @@ impl Plan {
                 share: f64::from(self.chain_count) / f64::from(chains),
                 chains: self.chain_count,
                 brightness: sum / self.samples as f64,
+                others: ((sum - f64::from(*weight)).max(0.0) / (self.samples as f64 - 1.0).max(1.0)) as f32,
             };
             last[length] = start;
             passed[length] += f64::from(chains) * f64::from(*weight) / sum;

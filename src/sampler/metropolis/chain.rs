@@ -85,6 +85,8 @@ struct Sample {
     pixel: DVec2,
     /// w·f/p over the density of this path among a chain's samples: what it is worth each time that it comes.
     value: Colour,
+    /// What it is worth as a large step's sample, over that.
+    large: f64,
     /// The mutation that made it, and what can move of it.
     born: u64,
     shiftable: Option<Shiftable>,
@@ -93,7 +95,7 @@ struct Sample {
 
 impl Default for Sample {
     fn default() -> Self {
-        Self { target: 0.0, pixel: DVec2::ZERO, value: Colour::ZERO, born: 0, shiftable: None, moves: false }
+        Self { target: 0.0, pixel: DVec2::ZERO, value: Colour::ZERO, large: 0.0, born: 0, shiftable: None, moves: false }
     }
 }
 
@@ -191,7 +193,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
             // the first splat: nothing has changed then.
             let stay = state.pending + worth * (1.0 - decision.acceptance);
-            let come = worth * (decision.acceptance + if decision.large { 1.0 } else { 0.0 });
+            let come = worth * (decision.acceptance + if decision.large { room.proposal.large } else { 0.0 });
             let (left, due) = if decision.accepted { (&room.current, stay) } else { (&room.proposal, come) };
             self.splat(state, left, due, &mut room.batch, film, stats)?;
             state.pending = if decision.accepted { come } else { stay };
@@ -229,17 +231,19 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     ) -> Result<(), Stop> {
         (sample.target, sample.moves) = (0.0, false);
         let Some(path) = make(self.scene, self.queries, technique, numbers, paths, stats)? else { return Ok(()) };
-        let Start { share, brightness, .. } = state.start;
+        let Start { share, brightness, others, .. } = state.start;
         let probability = state.shares.of_technique(technique);
         let target = target(&path) / probability;
         if !target.is_finite() {
             sample.target = f64::NAN;
             return Ok(());
         }
-        // Samples of the chain have the density target/b, those of large steps, among all mutations, the probability of one.
-        let density = target / brightness + self.options.large_step;
-        let value = path.value * (path.weight * share / (probability * density));
+        // Samples of the chain have the density target/b, those of large steps, among all mutations, the probability of one. Their weights
+        // sum to 1 in the mean over bootstraps.
+        let density = |b: f64| target / brightness + self.options.large_step * b / brightness;
+        let value = path.value * (path.weight * share / (probability * density(others.into())));
         (sample.target, sample.pixel, sample.value) = (target, path.pixel, value);
+        sample.large = density(others.into()) / density(brightness);
         if let Some(options) = &self.options.shift {
             let connection = Connection { value, weight: 1.0, ..path };
             let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
