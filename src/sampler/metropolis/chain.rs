@@ -41,6 +41,8 @@ pub struct State {
     random: ChainNumbers,
     /// Size of the largest small steps.
     step: f64,
+    /// Which of `shift_every` mutations counts, in parts of all: by chance, so that any number of mutations counts right in the mean.
+    phase: f64,
     /// How much of the current path is still to be splatted, and the mutation that made it.
     pending: f64,
     born: u64,
@@ -127,7 +129,8 @@ impl State {
         let (length, technique) = bootstrap::numbers(techniques.seed(options.seed), techniques, start.sample, &mut all);
         let shares = *techniques.shares(start.length as usize);
         numbers.iter_mut().zip(all).for_each(|(to, from)| *to = from);
-        let random = ChainNumbers::new(options.seed, index);
+        let mut random = ChainNumbers::new(options.seed, index);
+        let phase = random.next();
         (length == start.length as usize).then_some(Self {
             index,
             start,
@@ -136,6 +139,7 @@ impl State {
             technique,
             random,
             step: FIRST_STEP,
+            phase,
             pending: 0.0,
             born: 0,
         })
@@ -187,8 +191,9 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     ) -> Result<(), Stop> {
         let mut room = self.begin(state, numbers, stats)?;
         let every = u64::from(self.options.shift_every);
+        let phase = (state.phase * every as f64) as u64;
         for _ in 0..count {
-            let worth = if state.mutations % every == 0 { every as f64 } else { 0.0 };
+            let worth = if state.mutations % every == phase { every as f64 } else { 0.0 };
             let decision = self.decide(state, numbers, &mut room, stats)?;
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
             // the first splat: nothing has changed then.
