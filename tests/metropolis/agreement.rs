@@ -29,8 +29,14 @@ const LONGEST: u32 = 5;
 const PASSES: u64 = 24;
 const MUTATIONS: u64 = 240;
 
-const SETUP: Setup =
-    Setup { lengths: Lengths { first: 2, last: LONGEST }, learn: 500, samples: 1500, chains: 10, large_step: 0.3, burn_in: 100 };
+const SETUP: Setup = Setup {
+    lengths: Lengths { first: 2, last: LONGEST },
+    learn: 500,
+    samples: 1500,
+    chains: 10,
+    large_step: 0.3,
+    burn_in: 100,
+};
 
 /// A world and its chains, one bootstrap for each batch.
 struct Subject {

@@ -152,6 +152,7 @@ struct Decision {
     acceptance: f64,
     accepted: bool,
     dark: bool,
+    dropped: bool,
     technique: Technique,
     random: ChainNumbers,
 }
@@ -275,7 +276,8 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let (target, current) = (room.proposal.target, room.current.target);
         let acceptance = if target > 0.0 && current > 0.0 { (target / current).min(1.0) } else { f64::from(target > 0.0) };
         let accepted = random.next() < acceptance;
-        Ok(Decision { large, acceptance, accepted, dark: !(target > 0.0), technique, random })
+        let (dark, dropped) = (target == 0.0, target.is_nan());
+        Ok(Decision { large, acceptance, accepted, dark, dropped, technique, random })
     }
 
     fn make(&self, decision: Decision, state: &mut State, numbers: &mut [f64], room: &mut Room<'a>) {
@@ -342,5 +344,6 @@ impl ChainStats {
         *all += 1;
         *accepted += u64::from(decision.accepted);
         self.dark += u64::from(decision.dark);
+        self.dropped += u64::from(decision.dropped);
     }
 }
