@@ -87,6 +87,6 @@ fn paths_without_a_value_are_counted() {
     }
     for shift in [None].into_iter().chain(unbiased_shifts().map(Some)) {
         let picture = picture(&world, shift);
-        assert!(picture.chain_stats.dropped > 100 && picture.dropped == 0 && picture.mean(1.0) > 0.0, "{shift:?}");
+        assert!(picture.chain_stats.dropped > 20 && picture.dropped == 0 && picture.mean(1.0) > 0.0, "{shift:?}");
     }
 }
