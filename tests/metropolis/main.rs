@@ -6,6 +6,7 @@
 //! | is a joined path prepared for shifting like any other sampler's? | [`shiftable`] |
 //! | right from the first mutation on, whatever the bootstrap? | [`start`] |
 //! | are techniques tried as often as was learned? | [`techniques`] |
+//! | which numbers make a path? | [`inverse`] |
 //! | the same bits however calls are divided? | [`determinism`] |
 //! | what if a callback stops? | [`stops`] |
 //! | what if the scene has values beyond all numbers? | [`robustness`] |
@@ -21,6 +22,7 @@ mod agreement;
 mod allocation;
 mod chains;
 mod determinism;
+mod inverse;
 mod robustness;
 mod shiftable;
 mod start;

@@ -109,3 +109,11 @@ fn learning_lowers_the_error_of_b() {
     println!("{learned:.4} against {alike:.4}");
     assert!(learned < 0.9 * alike);
 }
+
+/// A bright sample makes its technique more probable: if it came again it would count for less, and b be too small.
+#[test]
+fn samples_are_not_those_that_were_learned_from() {
+    let [alike, learned] = tables();
+    assert_ne!(alike.seed(5), learned.seed(5));
+    assert_ne!(learned.seed(5), learned.seed(6));
+}
