@@ -311,7 +311,8 @@ pub unsafe extern "C" fn volgrad_chain_init(
         let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         let write = unsafe { output(chain) }?;
         let counted = unsafe { counted(stats) }?;
-        if !lengths.contains(start.length) || !(start.brightness > 0.0 && start.share > 0.0 && start.others >= 0.0) {
+        let ok = start.brightness > 0.0 && start.share > 0.0 && start.others >= 0.0;
+        if !(ok && lengths.contains(start.length)) {
             return Err(VOLGRAD_ERROR_RANGE.at(c"start", 0));
         }
         check_memory(memory, bytes, bytes_of(lengths.last))?;

@@ -26,17 +26,11 @@ const TOTAL_LIMIT: f64 = 4.0;
 const LONGEST: u32 = 5;
 
 /// Paths per pixel and batch of the path sampler, and mutations per chain: 64 batches of 10 chains.
-const PASSES: u64 = 24;
-const MUTATIONS: u64 = 240;
+const PASSES: u64 = 16;
+const MUTATIONS: u64 = 120;
 
-const SETUP: Setup = Setup {
-    lengths: Lengths { first: 2, last: LONGEST },
-    learn: 500,
-    samples: 1500,
-    chains: 10,
-    large_step: 0.3,
-    burn_in: 100,
-};
+const SETUP: Setup =
+    Setup { lengths: Lengths { first: 2, last: LONGEST }, learn: 400, samples: 1200, chains: 10, large_step: 0.3, burn_in: 60 };
 
 /// A world and its chains, one bootstrap for each batch.
 struct Subject {
@@ -160,10 +154,9 @@ fn beside_specular_surfaces_through_a_lens() {
 
 #[test]
 fn on_rough_surfaces() {
-    let [disk, _, two_level, tile, exchangeable] = unbiased_shifts();
-    let two_level_tile = shift::Options { kernel: Kernel::Tile, count: 3, ..two_level };
-    let shifts = [(disk, 1), (two_level_tile, 1), (exchangeable, 3), (tile, 3)];
-    agree("rough", &Subject::new(edges_with_rough_surfaces()), &shifts[..2]);
+    let [disk, _, two_level, ..] = unbiased_shifts();
+    let tile = shift::Options { kernel: Kernel::Tile, count: 3, ..two_level };
+    agree("rough", &Subject::new(edges_with_rough_surfaces()), &[(disk, 1), (tile, 1)]);
 }
 
 /// The same comparison sees the bias that modes are known to have. Single scattering: see tests/unbiased.rs.
@@ -174,7 +167,7 @@ fn biased_modes_are_biased_at_a_large_radius() {
     let chains = subject.chains();
     let plain = estimate(&subject, &chains, None, 1);
     for mode in [Mode::FirstOrder, Mode::LogLinear] {
-        let shift = shift::Options::new(mode, Kernel::Disk(Radius::Pixels(1.0)), 4);
+        let shift = shift::Options::new(mode, Kernel::Disk(Radius::Pixels(1.5)), 4);
         let scores = estimate(&subject, &chains, Some(shift), 1).paired_scores(&plain);
         println!("{mode:?}: {scores:?}");
         assert!(scores.pixel.abs() > 8.0, "{mode:?}, {scores:?}: this comparison cannot fail");

@@ -77,7 +77,7 @@ fn worlds() -> [World; 3] {
 fn numbers_come_back() {
     for world in worlds() {
         let (mut back, mut free) = (0, 0);
-        each_path(&world, 1500, |scene, technique, numbers, joined, own| {
+        each_path(&world, 1000, |scene, technique, numbers, joined, own| {
             let found = invert(joined, &world.geometry, technique).expect("never stops").expect("made it");
             for i in 0..numbers.len() {
                 if (found[i] - numbers[i]).abs() < TOLERANCE {
@@ -111,7 +111,7 @@ fn possible(joined: &Joined, technique: Technique) -> bool {
 fn other_techniques_make_the_same_path() {
     for world in worlds() {
         let (mut same, mut lost, mut through_glass) = (0, 0_u32, 0);
-        each_path(&world, 600, |scene, own_technique, _, joined, own| {
+        each_path(&world, 500, |scene, own_technique, _, joined, own| {
             for camera in 1..=joined.last() + 1 {
                 let technique = Technique { camera, light: joined.last() + 1 - camera };
                 if technique == own_technique || !possible(joined, technique) {

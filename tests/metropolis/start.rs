@@ -46,23 +46,23 @@ fn beside_b(setup: &Setup, seeds: u64, mutations: u64, shift: Option<volgrad::sh
 
 #[test]
 fn three_mutations_without_burn_in() {
-    beside_b(&TINY, 4000, 3, None, 1);
+    beside_b(&TINY, 2500, 3, None, 1);
 }
 
 #[test]
 fn a_chain_that_hardly_leaves_its_start() {
-    beside_b(&Setup { large_step: 0.02, ..TINY }, 4000, 3, None, 1);
+    beside_b(&Setup { large_step: 0.02, ..TINY }, 2500, 3, None, 1);
 }
 
 #[test]
 fn after_burn_in() {
-    beside_b(&Setup { burn_in: 50, ..TINY }, 1200, 4, None, 1);
+    beside_b(&Setup { burn_in: 50, ..TINY }, 800, 4, None, 1);
 }
 
 /// Batches that count 3 times, in 4 mutations: one or two.
 #[test]
 fn any_number_of_mutations_counts_right() {
-    beside_b(&TINY, 2000, 4, Some(unbiased_shifts()[3]), 3);
+    beside_b(&TINY, 1200, 4, Some(unbiased_shifts()[3]), 3);
 }
 
 /// How often techniques are tried was learned from other samples: the mean b is that without a table.
@@ -74,7 +74,7 @@ fn learning_does_not_bias() {
         Mean::of(of_seeds(&world, &setup, seeds, |chains| chains.brightness).into_iter())
     };
     let first = 1 << 32;
-    let (alike, learned) = (b(0, 100, first..first + 1500 * scale()), b(50, 50, 0..1500 * scale()));
+    let (alike, learned) = (b(0, 100, first..first + 1000 * scale()), b(50, 50, 0..1000 * scale()));
     let z = (learned.value - alike.value) / learned.error.hypot(alike.error);
     println!("{:.5} ± {:.5} against {:.5} ± {:.5}, z {z:+.2}", learned.value, learned.error, alike.value, alike.error);
     assert!(z.abs() < MOST);
@@ -85,7 +85,7 @@ fn learning_does_not_bias() {
 fn seeds_differ_as_much_as_the_bootstrap_says() {
     const SEEDS: u64 = 40;
     let world = edges_under_area_lights();
-    let setup = Setup { learn: 500, samples: 4000, chains: 8, burn_in: 20, ..TINY };
+    let setup = Setup { learn: 500, samples: 2000, chains: 8, burn_in: 20, ..TINY };
     let found =
         of_seeds(&world, &setup, 0..SEEDS, |chains| (chains.film(None, 1, 100).mean(chains.scale(100)), chains.relative_error));
     let mean = Mean::of(found.iter().map(|f| f.0));

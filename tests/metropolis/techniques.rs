@@ -16,7 +16,7 @@ const SINGLE: f64 = 2e-7;
 
 /// Mean squares over many orders of magnitude, 0 for some.
 fn squares(length: usize, i: usize) -> f64 {
-    if (length + i) % 5 == 0 { 0.0 } else { (2.0 * ((3 * length + 7 * i) % 11) as f64 - 10.0).exp() }
+    if (length + i).is_multiple_of(5) { 0.0 } else { (2.0 * ((3 * length + 7 * i) % 11) as f64 - 10.0).exp() }
 }
 
 fn tables() -> [Techniques; 2] {
