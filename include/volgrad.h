@@ -386,8 +386,8 @@ typedef struct volgrad_chain_start {
   double share;
   // Chains in all.
   uint32_t chains;
-  uint32_t reserved;
-  // Brightness of this length.
+  // Brightness of this length as the other samples alone tell it, and as all do.
+  float others;
   double brightness;
 } volgrad_chain_start;
 
@@ -869,8 +869,8 @@ volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
                                        float *weights);
 
 // How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
-// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else, and take another seed, in `options` here
-// and there: samples of one seed and number share their random numbers, and what is learned must not know those that chains begin with.
+// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else: those that are made with the
+// table have other random numbers.
 volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
                                    const float *weights,
                                    uintptr_t count,

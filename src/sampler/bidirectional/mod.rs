@@ -10,7 +10,7 @@ mod vertex;
 pub use connect::{Connection, Connector};
 pub use mis::Heuristic;
 pub use shiftable::Joined;
-pub use subpath::{Limits, MAX_LENGTH, Subpath, from_camera, from_light};
+pub use subpath::{Limits, MAX_LENGTH, Subpath, collision_share, from_camera, from_light};
 pub use vertex::{Edge, Kind, Vertex};
 
 use super::path_tracer::Stats;
