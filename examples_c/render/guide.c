@@ -47,14 +47,20 @@ static void report(void *user, uint64_t items)
     render_report(((const lesson *)user)->job, 0.0);
 }
 
-static uint64_t count_passes(const lesson *l)
+static uint64_t some_for_each_cell(const lesson *l)
 {
-    uint64_t wanted = SAMPLES_PER_CELL * l->width * l->height;
-    wanted = wanted > FEWEST_SAMPLES ? wanted : FEWEST_SAMPLES;
-    return l->job->guide->passes > 0 ? l->job->guide->passes : (wanted + l->job->pixel_count - 1) / l->job->pixel_count;
+    return SAMPLES_PER_CELL * l->width * l->height;
 }
 
-static volgrad_status take_samples(lesson *l, guide *g)
+static uint64_t count_passes(const lesson *l)
+{
+    uint64_t wanted = some_for_each_cell(l), pixels = l->job->pixel_count;
+    wanted = wanted > FEWEST_SAMPLES ? wanted : FEWEST_SAMPLES;
+    return l->job->guide->passes > 0 ? l->job->guide->passes : (wanted + pixels - 1) / pixels;
+}
+
+/* *done: as many as wanted, or enough of them. What few samples find is no guide: light would go almost nowhere else. */
+static volgrad_status take_samples(lesson *l, guide *g, int *done)
 {
     uint64_t items, pixels = l->job->pixel_count;
     l->items_per_pass = (l->job->pixel_count + ITEM_PIXELS - 1) / ITEM_PIXELS;
@@ -66,6 +72,7 @@ static volgrad_status take_samples(lesson *l, guide *g)
                       .enough = enough};
     volgrad_status status = team_run(&task, &items);
     g->samples = items / l->items_per_pass * pixels + items % l->items_per_pass * ITEM_PIXELS;
+    *done = items == task.item_count || g->samples >= some_for_each_cell(l);
     return status;
 }
 
@@ -87,7 +94,12 @@ static int learn(lesson *l, guide *g, volgrad_status *status)
     if (!films_make(&l->films, l->job->threads, l->width, l->height, status)) {
         return 0;
     }
-    *status = take_samples(l, g);
+    int done = 0;
+    *status = take_samples(l, g, &done);
+    if (*status == VOLGRAD_OK && !done) {
+        g->samples = 0;
+        return 1;
+    }
     if (*status == VOLGRAD_OK) {
         *status = films_sum(&l->films, &sum);
     }

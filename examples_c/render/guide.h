@@ -7,7 +7,7 @@
 typedef struct {
     const volgrad_scene *scene; /* the guided one; the job's own if there is nothing to guide */
     void *memory;               /* to be freed once that scene is not used any more */
-    uint64_t samples;           /* that it learned from */
+    uint64_t samples;           /* that it learned from; 0: nothing is guided */
     double seconds;             /* that they took */
 } guide;
 

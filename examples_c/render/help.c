@@ -31,7 +31,7 @@ static const char HELP[] =
     "\n"
     "  --integrator bdpt or mmlt:\n"
     "      --guide N          passes from which lights learn where to send light, which are not in the image; 0: none\n"
-    "                         (default: 50000 paths or more, but with --time not longer than a tenth of it)\n"
+    "                         (default: 50000 paths or more; with --time, a tenth of it at most)\n"
     "\n"
     "  --integrator mmlt; --spp, if given, is that of the paths that chains leave out:\n"
     "      --mutations N      per pixel (default: the scene's sample_count, if there is no --time)\n"

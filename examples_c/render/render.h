@@ -1,5 +1,6 @@
 /* Renders an image on all threads. It depends on the seed and on how much was done, not on the threads: films are integer sums, and a
-   limit or a signal only decides before which pass, or round of mutations, to stop. */
+   limit or a signal only decides before which pass, or round of mutations, to stop, and whether guides learn from all samples that they
+   should. */
 #ifndef RENDER_RENDER_H
 #define RENDER_RENDER_H
 

@@ -45,7 +45,7 @@ void stats_print(const render_result *result, uint64_t dropped)
     printf("%-16s %16" PRIu64 "\n", "passes", result->passes);
     printf("%-16s %16.3f s\n", "wall time", seconds);
     printf("%-16s %16.3f s\n", "processor time", result->cpu_seconds);
-    if (result->guide_samples > 0) {
+    if (result->guide_seconds > 0.0) {
         printf("%-16s %16" PRIu64 " in %.3f s\n", "guide samples", result->guide_samples, result->guide_seconds);
     }
     putchar('\n');

@@ -158,6 +158,14 @@ for passes in 0 1; do
     check "bdpt: --guide $passes: header" header "$work/bdpt-guide.exr" "h['guideSamples'] == $passes * 128 * 128"
     check "bdpt: --guide $passes makes another image" different "$work/bdpt-1.exr" "$work/bdpt-guide.exr"
 done
+check "bdpt: --guide in a tenth of the time" image bdpt-timed --integrator bdpt --guide 100000 --time 2
+check "bdpt: --guide in a tenth of the time: header" header "$work/bdpt-timed.exr" \
+    "h['guideSamples'] < 1e6 and h['renderTimeSeconds'] < 6 and h['samplesPerPixel'] >= 1"
+lamp='<shape type="rectangle"><transform name="to_world"><scale value="0.01"/></transform><emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>'
+{ sed '/<\/scene>/d' "$scene"; for i in 1 2 3 4; do echo "$lamp$lamp$lamp$lamp"; done; echo "</scene>"; } >"$work/lamps.xml"
+"$render" "$work/lamps.xml" -o "$work/lamps.exr" --integrator bdpt --spp 1 --crop 0,0,16,16 --quiet 2>"$work/messages"
+check "bdpt: no guides for 17 lights" header "$work/lamps.exr" "h['guideSamples'] == 0"
+check "bdpt: no guides for 17 lights: no message" test ! -s "$work/messages"
 check "bdpt: power heuristic" bdpt bdpt-power --heuristic power
 check "bdpt: it makes another image" different "$work/bdpt-1.exr" "$work/bdpt-power.exr"
 check "bdpt: its depth is that of the path sampler" bdpt bdpt-shallow --max-depth 2
@@ -233,7 +241,8 @@ check "Ctrl-C: the image is that of those passes" same "$work/stopped.exr" "$wor
 mean() { # FILE LOW HIGH
     "$python" -c "import sys; sys.path.insert(0, '$root/tests/validate'); from images import read; m = read(sys.argv[1]).mean(); print(m); sys.exit(not float(sys.argv[2]) < m < float(sys.argv[3]))" "$@"
 }
-for arguments in "bdpt" "mmlt" "mmlt --bootstrap 9000"; do # in passes, in the bootstrap, in rounds
+# In passes, in learning guides, in the bootstrap, in rounds.
+for arguments in "bdpt" "bdpt --guide 100000" "mmlt" "mmlt --bootstrap 9000"; do
     interrupt stopped-other --integrator $arguments
     check "$arguments: Ctrl-C: exit status 130, not $status" test "$status" -eq 130
     check "$arguments: Ctrl-C: as bright as the whole image" mean "$work/stopped-other.exr" 0.3 0.5

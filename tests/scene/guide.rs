@@ -1,5 +1,6 @@
 //! A guide's warp and density: the same distribution, told by what each cell of the square carried.
 
+use super::reference::random::{generator, uniform};
 use super::unit_square;
 use proptest::prelude::*;
 use volgrad::math::DVec2;
@@ -14,8 +15,12 @@ fn learned(carried: &[f64]) -> Guide {
     Guide::learned(|i, j| carried[j * GUIDE_SIDE + i])
 }
 
+/// A third nothing, a third little, a third much.
 fn carried() -> impl Strategy<Value = Vec<f64>> {
-    prop::collection::vec(prop_oneof![Just(0.0), 0.0..1.0_f64, 0.0..1000.0_f64], CELLS)
+    any::<u64>().prop_map(|seed| {
+        let rng = &mut generator(seed);
+        (0..CELLS).map(|cell| uniform(rng, 0.0, [0.0, 1.0, 1000.0][cell % 3])).collect()
+    })
 }
 
 fn cell(u: DVec2) -> usize {
