@@ -773,6 +773,34 @@ MUTANTS = [
         "!bsdf.is_specular() || bsdf.is_lambertian(),\n            _ => true,",
         "metropolis batches_are_those_of_the_path_handed_in",
     ),
+    Mutant(
+        "guides: directions are guided but not so weighted",
+        "src/sampler/bidirectional/subpath.rs",
+        "(vertex.position, direction, aim * pdf)",
+        "(vertex.position, direction, pdf + 0.0 * aim)",
+        "bidirectional with_guides",
+    ),
+    Mutant(
+        "guides: places on the disk are guided but not so weighted",
+        "src/sampler/bidirectional/subpath.rs",
+        "(origin, -vertex.position, aim * disk_density(&scene.bounds))",
+        "(origin, -vertex.position, 0.0 * aim + disk_density(&scene.bounds))",
+        "bidirectional weights_of_guided_subpaths",
+    ),
+    Mutant(
+        "guides: not in the density of a light's next vertex",
+        "src/sampler/bidirectional/vertex.rs",
+        "light.direction_density(normal, direction) * aim * next",
+        "(light.direction_density(normal, direction) + 0.0 * aim) * next",
+        "bidirectional weights_of_guided_subpaths",
+    ),
+    Mutant(
+        "guides: learned by the numbers before the warp",
+        "src/sampler/bidirectional/mod.rs",
+        "let (u, _) = self.scene.lights.guide(index, pair(&first, Slot::DirectionU, Slot::DirectionV));",
+        "let u = pair(&first, Slot::DirectionU, Slot::DirectionV);",
+        "bidirectional only_what_leads_through_the_window",
+    ),
 ]
 
 

@@ -19,6 +19,8 @@ typedef struct {
     uint32_t max_depth; /* 0: no limit */
     uint32_t integrator; /* INTEGRATOR_* */
     uint32_t heuristic;  /* VOLGRAD_HEURISTIC_* */
+    int has_guide;
+    uint64_t guide; /* passes to learn from; 0: no guides */
     volgrad_shift_options shift;
     chain_settings chains; /* options.seed and options.shift are not set */
     int has_crop;

@@ -74,6 +74,8 @@ expect 2 "--shift-count means nothing without a --shift" "$scene" -o "$work/a.ex
 expect 2 "--integrator pt: expected" "$scene" -o "$work/a.exr" --integrator pt
 expect 2 "--heuristic best: expected" "$scene" -o "$work/a.exr" --integrator bdpt --heuristic best
 expect 2 "--heuristic means nothing without --integrator bdpt" "$scene" -o "$work/a.exr" --heuristic power
+expect 2 "--guide few: expected" "$scene" -o "$work/a.exr" --integrator bdpt --guide few
+expect 2 "--guide means nothing without --integrator bdpt or mmlt" "$scene" -o "$work/a.exr" --guide 2
 expect 2 "--shift does not go with --integrator bdpt" "$scene" -o "$work/a.exr" --integrator bdpt --shift exact
 expect 2 "2 or more edges, but max_depth is 1" "$scene" -o "$work/a.exr" --integrator bdpt --max-depth 1
 wrong_chains() { # OPTION VALUE
@@ -148,6 +150,22 @@ check "bdpt: two threads" bdpt bdpt-2 --threads 2
 check "bdpt: threads do not change a pixel" same "$work/bdpt-1.exr" "$work/bdpt-2.exr"
 check "bdpt: header" header "$work/bdpt-1.exr" \
     "(h['integrator'], h['heuristic'], h['samplesPerPixel'], 'chains' in h) == ('bdpt', 'balance', 2, False)"
+check "bdpt: header: guides" header "$work/bdpt-1.exr" "h['guideSamples'] == 4 * 128 * 128"
+check "bdpt: --guide 4" bdpt bdpt-guide --guide 4
+check "bdpt: --guide 4 is what is done without" same "$work/bdpt-1.exr" "$work/bdpt-guide.exr"
+for passes in 0 1; do
+    check "bdpt: --guide $passes" bdpt bdpt-guide --guide $passes
+    check "bdpt: --guide $passes: header" header "$work/bdpt-guide.exr" "h['guideSamples'] == $passes * 128 * 128"
+    check "bdpt: --guide $passes makes another image" different "$work/bdpt-1.exr" "$work/bdpt-guide.exr"
+done
+check "bdpt: --guide in a tenth of the time" image bdpt-timed --integrator bdpt --guide 100000 --time 2
+check "bdpt: --guide in a tenth of the time: header" header "$work/bdpt-timed.exr" \
+    "h['guideSamples'] < 1e6 and h['renderTimeSeconds'] < 6 and h['samplesPerPixel'] >= 1"
+lamp='<shape type="rectangle"><transform name="to_world"><scale value="0.01"/></transform><emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>'
+{ sed '/<\/scene>/d' "$scene"; for i in 1 2 3 4; do echo "$lamp$lamp$lamp$lamp"; done; echo "</scene>"; } >"$work/lamps.xml"
+"$render" "$work/lamps.xml" -o "$work/lamps.exr" --integrator bdpt --spp 1 --crop 0,0,16,16 --quiet 2>"$work/messages"
+check "bdpt: 17 lights: no message" test ! -s "$work/messages"
+check "bdpt: no guides for 17 lights" header "$work/lamps.exr" "h['guideSamples'] == 0"
 check "bdpt: power heuristic" bdpt bdpt-power --heuristic power
 check "bdpt: it makes another image" different "$work/bdpt-1.exr" "$work/bdpt-power.exr"
 check "bdpt: its depth is that of the path sampler" bdpt bdpt-shallow --max-depth 2
@@ -166,7 +184,7 @@ check "mmlt: header: chains" header "$work/mmlt-1.exr" \
     "50 <= h['chains'] < 50 + 31 and 3 <= h['mutationsPerPixel'] < 3.1 and abs(h['chains'] * h['mutationsPerChain'] / 128 ** 2 - h['mutationsPerPixel']) < 1e-5"
 check "mmlt: header: brightness" header "$work/mmlt-1.exr" \
     "0.1 < h['brightness'] < 1 and 0 < h['brightnessRelativeError'] < 1 and h['bootstrapSamples'] == 9000"
-for option in "chains 49" "bootstrap 9001" "large-step 0.5" "burn-in 21" "chain-lengths 2-16" "spp 2" "seed 1" "shift exact"; do
+for option in "chains 49" "bootstrap 9001" "large-step 0.5" "burn-in 21" "chain-lengths 2-16" "guide 0" "spp 2" "seed 1" "shift exact"; do
     check "mmlt: --$option" mmlt mmlt-other --chains 50 --$option
     check "mmlt: --$option makes another image" different "$work/mmlt-1.exr" "$work/mmlt-other.exr"
 done
@@ -182,6 +200,7 @@ check "mmlt: --time: header" header "$work/mmlt-timed.exr" "0.9 < h['renderTimeS
 check "mmlt: tells the brightness" grep -q "^brightness 0.[0-9]*, known to [0-9.]* %, from [0-9]* samples" "$work/messages"
 check "mmlt: plain progress" grep -qx "100%" "$work/messages"
 check "mmlt: stats" grep -q "^mutations  *[1-9]" "$work/stats"
+check "mmlt: stats of guides" grep -q "^guide samples  *65536 in [0-9.]* s" "$work/stats"
 # Interrupted or not, rounds or none: the same image.
 check "mmlt: many rounds" image rounds --integrator mmlt --mutations 40 --chains 8 --bootstrap 9000
 "$render" "$scene" -o "$work/one-round.exr" --integrator mmlt --mutations 40 --chains 8 --bootstrap 9000 --threads 7 --quiet
@@ -222,7 +241,8 @@ check "Ctrl-C: the image is that of those passes" same "$work/stopped.exr" "$wor
 mean() { # FILE LOW HIGH
     "$python" -c "import sys; sys.path.insert(0, '$root/tests/validate'); from images import read; m = read(sys.argv[1]).mean(); print(m); sys.exit(not float(sys.argv[2]) < m < float(sys.argv[3]))" "$@"
 }
-for arguments in "bdpt" "mmlt" "mmlt --bootstrap 9000"; do # in passes, in the bootstrap, in rounds
+# In passes, in learning guides, in the bootstrap, in rounds.
+for arguments in "bdpt" "bdpt --guide 100000" "mmlt" "mmlt --bootstrap 9000"; do
     interrupt stopped-other --integrator $arguments
     check "$arguments: Ctrl-C: exit status 130, not $status" test "$status" -eq 130
     check "$arguments: Ctrl-C: as bright as the whole image" mean "$work/stopped-other.exr" 0.3 0.5

@@ -72,7 +72,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     }
 
     /// What the subpaths from each light carry, by the numbers that choose their direction: a film of [`GUIDE_SIDE`] pixels' width, with as
-    /// many rows for each light. From it [`Guide::learn`] knows where to send them.
+    /// many rows for each light. From it [`Guide::learned`] knows where to send them.
     pub fn learn(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
         for pixel in pixels {
@@ -84,8 +84,8 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
             })?;
             let first = RandomNumbers::for_light(self.options.seed, pass, pixel).vertex(0);
             if let Some((index, _, _)) = self.scene.lights.pick(number(&first, Slot::Light)) {
-                let u = pair(&first, Slot::DirectionU, Slot::DirectionV) + DVec2::new(0.0, index.into());
-                film.add(u * GUIDE_SIDE as f64, sum);
+                let (u, _) = self.scene.lights.guide(index, pair(&first, Slot::DirectionU, Slot::DirectionV));
+                film.add((u + DVec2::new(0.0, index.into())) * GUIDE_SIDE as f64, sum);
             }
         }
         Ok(())
