@@ -25,6 +25,7 @@ enum {
     OPTION_SHIFT_ALPHA,
     OPTION_INTEGRATOR,
     OPTION_HEURISTIC,
+    OPTION_DEBUG_TECHNIQUES,
     OPTION_MUTATIONS,
     OPTION_CHAINS,
     OPTION_CHAIN_LENGTHS,
@@ -55,6 +56,7 @@ static const struct option LONG_OPTIONS[] = {
     {"shift-alpha", required_argument, NULL, OPTION_SHIFT_ALPHA},
     {"integrator", required_argument, NULL, OPTION_INTEGRATOR},
     {"heuristic", required_argument, NULL, OPTION_HEURISTIC},
+    {"debug-techniques", required_argument, NULL, OPTION_DEBUG_TECHNIQUES},
     {"mutations", required_argument, NULL, OPTION_MUTATIONS},
     {"chains", required_argument, NULL, OPTION_CHAINS},
     {"chain-lengths", required_argument, NULL, OPTION_CHAIN_LENGTHS},
@@ -194,6 +196,10 @@ static int take_option(int option, const char *value, options *out, usage *seen)
         seen->needs_bdpt = "--heuristic";
         return read_heuristic(value, &out->heuristic) ||
                complain("heuristic", value, "balance or power");
+    case OPTION_DEBUG_TECHNIQUES:
+        seen->needs_bdpt = "--debug-techniques";
+        out->techniques = value;
+        return *value != '\0' || complain("debug-techniques", value, "a folder");
     case OPTION_CROP:
         out->has_crop = 1;
         return read_crop(value, out->crop) || complain("crop", value, "X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1");

@@ -20,6 +20,7 @@ typedef struct {
     uint32_t integrator; /* INTEGRATOR_* */
     uint32_t heuristic;  /* VOLGRAD_HEURISTIC_* */
     volgrad_shift_options shift;
+    const char *techniques; /* folder of their images; NULL: none */
     chain_settings chains; /* options.seed and options.shift are not set */
     int has_crop;
     uint32_t crop[4]; /* x0, y0, x1, y1 */
