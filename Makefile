@@ -24,7 +24,7 @@ SCENES := $(wildcard scenes/*.xml)
 
 PACKAGES := assimp expat libpng zlib
 EMBREE = $(shell $(CC) $(CPPFLAGS) -E -x c -include embree4/rtcore.h /dev/null >/dev/null 2>&1 && echo embree4 || echo embree3)
-C_FLAGS = -std=c11 -Wall -Wextra -Wpedantic -Iinclude $(CPPFLAGS) $(shell pkg-config --cflags $(PACKAGES)) $(CFLAGS)
+C_FLAGS = -std=c11 -ffp-contract=off -Wall -Wextra -Wpedantic -Iinclude $(CPPFLAGS) $(shell pkg-config --cflags $(PACKAGES)) $(CFLAGS)
 C_LIBS = $(shell pkg-config --libs $(PACKAGES)) -l$(EMBREE) -lpthread -ldl -lm $(LDFLAGS)
 
 HOST := $(wildcard examples_c/render/*.c)
@@ -91,7 +91,7 @@ test-scenes: $(RENDER) $(VENV)/ready
 validate: deps
 	$(MAKE) $(RENDER)
 	$(PY) tests/validate/scenes.py --render $(RENDER) --output $(BUILD)/validate
-	VOLGRAD_LONG=1 cargo test --features $(FEATURES) --test unbiased --test energy --test single_scattering --test host_sampler
+	VOLGRAD_LONG=1 cargo test --features $(FEATURES) --test unbiased --test energy --test single_scattering --test host_sampler --test metropolis
 	$(PYTHON) tests/mutants.py
 
 demo: deps

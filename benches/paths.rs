@@ -25,7 +25,7 @@ fn paths() -> Vec<[Vertex; 3]> {
 fn bench(c: &mut Criterion, name: &str, medium: Medium) {
     let media = [medium];
     let lights = [Light::Point { position: LIGHT, intensity: Colour::ONE }];
-    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], environment: None };
+    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], guides: &[], environment: None };
     let scene = Scene { camera: CAMERA, media: &media, materials: &[], lights, bounds: Bounds::default() };
     let paths = paths();
     let mut next = paths.iter().cycle();

@@ -174,7 +174,7 @@ fn with_scene(body: impl FnOnce(&Scene)) {
     let volume = Volume::new(SIDE, Shape::Full, DEPTH, true);
     let media = [Medium { phase: PHASE, ..volume.medium() }];
     let lights = [Light::Point { position: LIGHT, intensity: Colour::ONE }];
-    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], environment: None };
+    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], guides: &[], environment: None };
     body(&Scene { camera: CAMERA, media: &media, materials: &[], lights, bounds: Bounds::default() });
 }
 

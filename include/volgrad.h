@@ -12,7 +12,7 @@
  *  - Callbacks get `user` back, run on the thread that called volgrad, and must not throw or longjmp.
  *
  * The functions come in three layers, each complete without the next: kernels (lines, phase functions, paths), shifts for any
- * sampler's paths, and a path sampler. Equation numbers [Lu20 (n)] refer to G. Lu, Gradient-Domain Volume Rendering, Utrecht 2020.
+ * sampler's paths, and samplers. Equation numbers [Lu20 (n)] refer to G. Lu, Gradient-Domain Volume Rendering, Utrecht 2020.
  */
 
 #ifndef VOLGRAD_H
@@ -276,7 +276,7 @@ typedef struct volgrad_hit {
   // Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
   // Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
   uint32_t segment_count;
-  // Distance to the surface, world units.
+  // Distance to the surface, world units, > 0.
   float t;
   // Geometric unit normal, as the surface is oriented (not flipped towards the ray).
   struct volgrad_vec3 normal;
@@ -386,8 +386,8 @@ typedef struct volgrad_chain_start {
   double share;
   // Chains in all.
   uint32_t chains;
-  uint32_t reserved;
-  // Brightness of this length.
+  // Brightness of this length as the other samples alone tell it, and as all do.
+  float others;
   double brightness;
 } volgrad_chain_start;
 
@@ -876,7 +876,7 @@ volgrad_status volgrad_bidirectional_run_technique(const struct volgrad_scene *s
 volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
 
 // Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
-// the image is, and where chains may begin. The array for all samples starts with number 0 and has no gaps;
+// the image is, and where chains may begin. One that is not finite counts as 0. The array for all samples starts with number 0 and has no gaps;
 // threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples of that kind
 // `volgrad_chain_learn` makes a better choice, for a new array.
 volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
@@ -888,8 +888,8 @@ volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
                                        float *weights);
 
 // How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
-// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else, and take another seed, in `options` here
-// and there: samples of one seed and number share their random numbers, and what is learned must not know those that chains begin with.
+// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else: those that are made with the
+// table have other random numbers.
 volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
                                    const float *weights,
                                    uintptr_t count,
@@ -966,6 +966,33 @@ volgrad_status volgrad_film_develop(const struct volgrad_film *film, double scal
 
 // Number of splats that were dropped (see `volgrad_film_add`).
 volgrad_status volgrad_film_dropped(const struct volgrad_film *film, uint64_t *dropped);
+
+// The size of the film that `volgrad_guide_learn` fills. VOLGRAD_ERROR_RANGE if the scene has too many lights (more than 1023) or none.
+volgrad_status volgrad_guide_film_size(const struct volgrad_scene *scene, uint32_t *width, uint32_t *height);
+
+// As `volgrad_bidirectional_run`, but for the image: adds what the subpaths from each light carry to `film`, of
+// `volgrad_guide_film_size`, by where they go. Some ten samples for each of its pixels are enough. Films of several threads add up, as
+// all films do.
+volgrad_status volgrad_guide_learn(const struct volgrad_scene *scene,
+                                   const struct volgrad_queries *queries,
+                                   const struct volgrad_bidirectional_options *options,
+                                   uint64_t pass,
+                                   uint32_t first_pixel,
+                                   uint32_t pixel_count,
+                                   struct volgrad_film *film);
+
+// Memory that a guided scene needs: 33 KiB for each light.
+volgrad_status volgrad_guide_size(const struct volgrad_scene *scene, uintptr_t *bytes);
+
+// Makes a scene in `memory` that is `scene`, but that the subpaths which the bidirectional sampler and chains start from its lights
+// go more often where the film says that they carry more. All else about it is the same, and every image still has the same
+// expectation: a fifth of the subpaths go wherever the lights shine. `bytes` as from `volgrad_guide_size`, aligned to 16. The new
+// scene refers to `scene`, whose memory has to outlive it. Chains of one plan all use the same guided scene.
+volgrad_status volgrad_guide_init(void *memory,
+                                  uintptr_t bytes,
+                                  const struct volgrad_scene *scene,
+                                  struct volgrad_film *film,
+                                  const struct volgrad_scene **guided);
 
 // Writes an OpenEXR file (32-bit float R, G, B; lossless): 3 floats per pixel of the window, row by row from the top; `count` is exactly
 // 3 * window_width * window_height. Allocates. An existing file is replaced; on an error what is left of it is unusable.

@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -167,7 +168,9 @@ static void traversal_start(traversal *ray, const scene *scene, const volgrad_ra
     ray->direction = vec3d_from(asked->direction);
     ray->t_min = asked->t_min;
     ray->t_max = asked->t_max;
+    ray->shear = shear_of(ray->origin, ray->direction);
     ray->passes_all = 0;
+    ray->shape = VOLGRAD_NONE;
     crossings_clear(&ray->crossings);
 }
 
@@ -193,7 +196,7 @@ static volgrad_hit unanswerable(const volgrad_ray *ray)
     return hit;
 }
 
-/* The media up to `end`. */
+/* The media up to `end`, in a hit that has none yet. */
 static void set_segments(volgrad_hit *hit, traversal *ray, uint32_t medium, double end)
 {
     hit->segment_count = crossings_segments(&ray->crossings, medium, end, hit->segments);
@@ -202,27 +205,34 @@ static void set_segments(volgrad_hit *hit, traversal *ray, uint32_t medium, doub
     }
 }
 
+/* No surface. Segments are what makes hits large, and stay as they are. */
+static void clear(volgrad_hit *hit)
+{
+    memset(hit, 0, offsetof(volgrad_hit, segments));
+    hit->kind = VOLGRAD_HIT_NONE;
+    hit->light = VOLGRAD_NONE;
+}
+
 /* A collision so close to a surface that single precision puts it there: volgrad takes distances > 0 only. */
 static const double NEAREST = FLT_MIN;
 
 /* Returns the distance before rounding. */
-static double set_surface(volgrad_hit *hit, const traversal *ray, const struct RTCHit *found)
+static double set_surface(volgrad_hit *hit, const traversal *ray)
 {
-    const shape *surface = &ray->scene->shapes[found->geomID];
-    surface_point point = traversal_hit_point(ray, found);
+    const shape *surface = &ray->scene->shapes[ray->shape];
     hit->kind = VOLGRAD_HIT_SURFACE;
     hit->material = surface->material;
     if (surface->first_light != VOLGRAD_NONE) {
         uint32_t per_light = surface->primitives_per_light > 0 ? surface->primitives_per_light : 1;
-        hit->light = surface->first_light + found->primID / per_light;
+        hit->light = surface->first_light + ray->primitive / per_light;
     }
-    point.t = fmax(point.t, NEAREST);
-    hit->t = (float)point.t;
-    hit->normal = vec3d_round(point.normal);
+    double t = fmax(ray->point.t, NEAREST);
+    hit->t = (float)t;
+    hit->normal = vec3d_round(vec3d_unit(ray->point.normal));
     hit->shading_normal = hit->normal;
     hit->medium_outside = surface->medium_outside;
     hit->medium_inside = surface->medium_inside;
-    return point.t;
+    return t;
 }
 
 static void intersect_one(const embree_queries *queries, const volgrad_ray *asked, volgrad_hit *hit)
@@ -232,9 +242,9 @@ static void intersect_one(const embree_queries *queries, const volgrad_ray *aske
     struct RTCRayHit rayhit = {.ray = embree_ray(asked), .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
     embree_intersect(queries->tree, &ray.context, &rayhit);
     double end = ray.t_max;
-    *hit = (volgrad_hit){.kind = VOLGRAD_HIT_NONE, .light = VOLGRAD_NONE};
-    if (rayhit.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
-        end = set_surface(hit, &ray, &rayhit.hit);
+    clear(hit);
+    if (ray.shape != VOLGRAD_NONE) {
+        end = set_surface(hit, &ray);
     }
     set_segments(hit, &ray, asked->medium, end);
 }
@@ -245,7 +255,7 @@ static void occluded_one(const embree_queries *queries, const volgrad_ray *asked
     traversal_start(&ray, queries->scene, asked);
     struct RTCRay embree = embree_ray(asked);
     embree_occluded(queries->tree, &ray.context, &embree);
-    *hit = (volgrad_hit){.kind = VOLGRAD_HIT_NONE, .light = VOLGRAD_NONE};
+    clear(hit);
     if (embree.tfar < 0.0f) { /* Embree's sign for occluded */
         hit->kind = VOLGRAD_HIT_SURFACE;
     } else {

@@ -16,8 +16,3 @@ int sphere_roots(vec3d center, double radius, vec3d origin, vec3d direction, dou
     *exit = middle + half_chord;
     return 1;
 }
-
-vec3d sphere_normal(vec3d center, vec3d origin, vec3d direction, double t)
-{
-    return vec3d_unit(vec3d_sub(vec3d_along(origin, t, direction), center));
-}

@@ -11,7 +11,4 @@
    negative. Returns 0 if the line misses or only touches it. */
 int sphere_roots(vec3d center, double radius, vec3d origin, vec3d direction, double *entry, double *exit);
 
-/* Unit outward normal at the point of the ray at distance t. */
-vec3d sphere_normal(vec3d center, vec3d origin, vec3d direction, double t);
-
 #endif

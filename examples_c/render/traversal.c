@@ -3,7 +3,6 @@
 #include <float.h>
 
 #include "sphere.h"
-#include "triangle.h"
 
 static int in_range(const traversal *ray, double t)
 {
@@ -12,17 +11,18 @@ static int in_range(const traversal *ray, double t)
 
 /* ---- opaque surfaces ---- */
 
-static surface_point triangle_point(const triangle *t, vec3d direction)
+static surface_point triangle_point(const traversal *ray, const shape *mesh, uint32_t index)
 {
-    vec3d normal = triangle_normal(t);
-    return (surface_point){.t = triangle_distance(t, normal, direction),
-                           .normal = normal,
-                           .leaves = vec3d_dot(normal, direction) > 0.0};
+    triangle corners = triangle_load(mesh, index, ray->origin);
+    vec3d normal = triangle_normal(&corners);
+    double approach = vec3d_dot(normal, ray->direction);
+    double t = triangle_distance(&corners, normal, ray->direction, approach);
+    return (surface_point){.t = t, .normal = normal, .leaves = approach > 0.0};
 }
 
 static surface_point sphere_point(const shape *sphere, const traversal *ray, double t, int leaves)
 {
-    vec3d normal = sphere_normal(vec3d_from(sphere->center), ray->origin, ray->direction, t);
+    vec3d normal = vec3d_sub(vec3d_along(ray->origin, t, ray->direction), vec3d_from(sphere->center));
     return (surface_point){.t = t, .normal = normal, .leaves = leaves};
 }
 
@@ -38,39 +38,38 @@ static int visible_sphere_point(const shape *sphere, const traversal *ray, surfa
     return in_range(ray, point->t);
 }
 
-surface_point traversal_hit_point(const traversal *ray, const struct RTCHit *hit)
+/* Embree asks in any order, but always about a point that is nearer than the last one accepted. */
+static void accept(traversal *ray, uint32_t shape_index, uint32_t primitive, const surface_point *point)
 {
-    const shape *surface = &ray->scene->shapes[hit->geomID];
-    surface_point point = {.t = NAN};
-    if (surface->kind == SHAPE_SPHERE) {
-        visible_sphere_point(surface, ray, &point);
-        return point;
-    }
-    triangle corners = triangle_load(surface, hit->primID, ray->origin);
-    return triangle_point(&corners, ray->direction);
+    ray->shape = shape_index;
+    ray->primitive = primitive;
+    ray->point = *point;
 }
 
 /* ---- crossed surfaces ---- */
 
-/* How far along the ray a few roundings move the surface: over the cosine of incidence (no less than one thousandth, so that
-   grazing rays do not skip whole objects). */
-static double place_error(const traversal *ray, const surface_point *point, double epsilon)
+/* How far along the ray a rounding of relative size 1 moves the surface: over the cosine of incidence (no less than one thousandth,
+   so that grazing rays do not skip whole objects). */
+static double place_error(const traversal *ray, double t, vec3d normal)
 {
-    const double roundings = 8.0 * epsilon;
-    double size = fabs(ray->origin.x) + fabs(ray->origin.y) + fabs(ray->origin.z) + fabs(point->t);
-    return roundings * size / fmax(fabs(vec3d_dot(point->normal, ray->direction)), 1e-3);
+    double size = fabs(ray->origin.x) + fabs(ray->origin.y) + fabs(ray->origin.z) + t;
+    double cosine = fabs(vec3d_dot(normal, ray->direction));
+    return size / (cosine > 1e-3 ? cosine : 1e-3);
 }
 
 static void note_crossing(traversal *ray, uint32_t shape_index, uint32_t primitive, const surface_point *point)
 {
     const shape *surface = &ray->scene->shapes[shape_index];
+    const double roundings = 8.0;
     uint32_t medium = point->leaves ? surface->medium_outside : surface->medium_inside;
     if (point->t > 0.0 && point->t < ray->t_max && medium != VOLGRAD_KEEP_MEDIUM) {
+        vec3d normal = vec3d_unit(point->normal);
+        double error = roundings * place_error(ray, point->t, normal);
         crossings_add(&ray->crossings,
                       &(crossing){.t = point->t,
-                                  .t_error = place_error(ray, point, DBL_EPSILON), /* what is computed here */
-                                  .gap = place_error(ray, point, FLT_EPSILON),     /* corners as they are stored */
-                                  .normal = vec3d_round(point->normal),
+                                  .t_error = DBL_EPSILON * error, /* what is computed here */
+                                  .gap = FLT_EPSILON * error,     /* corners as they are stored */
+                                  .normal = vec3d_round(normal),
                                   .medium = medium,
                                   .shape = shape_index,
                                   .primitive = primitive,
@@ -80,9 +79,12 @@ static void note_crossing(traversal *ray, uint32_t shape_index, uint32_t primiti
 
 static void cross_triangle(traversal *ray, uint32_t shape_index, uint32_t primitive)
 {
-    triangle corners = triangle_load(&ray->scene->shapes[shape_index], primitive, ray->origin);
-    if (triangle_is_met(&corners, ray->direction)) {
-        surface_point point = triangle_point(&corners, ray->direction);
+    const shape *mesh = &ray->scene->shapes[shape_index];
+    const uint32_t *corner = mesh->triangles + 3 * (size_t)primitive;
+    if (triangle_is_met(shear_corner(&ray->shear, mesh->positions + 3 * (size_t)corner[0]),
+                        shear_corner(&ray->shear, mesh->positions + 3 * (size_t)corner[1]),
+                        shear_corner(&ray->shear, mesh->positions + 3 * (size_t)corner[2]))) {
+        surface_point point = triangle_point(ray, mesh, primitive);
         note_crossing(ray, shape_index, primitive, &point);
     }
 }
@@ -110,12 +112,14 @@ void traversal_filter(const struct RTCFilterFunctionNArguments *args)
         cross_triangle(ray, hit->geomID, hit->primID);
         args->valid[0] = 0;
     } else if (args->valid[0]) {
-        triangle corners = triangle_load(args->geometryUserPtr, hit->primID, ray->origin);
-        surface_point point = triangle_point(&corners, ray->direction);
-        args->valid[0] = in_range(ray, point.t) && vec3d_finite(point.normal) ? -1 : 0;
+        surface_point point = triangle_point(ray, args->geometryUserPtr, hit->primID);
+        if (in_range(ray, point.t)) {
+            accept(ray, hit->geomID, hit->primID, &point);
+        } else {
+            args->valid[0] = 0;
+        }
     }
 }
-
 
 /* Wider than what rounding and the tree's own arithmetic can lose. */
 static float padding(float coordinate, float reach)
@@ -164,8 +168,9 @@ void traversal_bounds(const struct RTCBoundsFunctionArguments *args)
                                          .upper_z = high[2]};
 }
 
-/* Whether the primitive stops the ray before t_far, and where. Null surfaces never do, and no surface stops a ray that passes all. */
-static int visit(traversal *ray, uint32_t shape_index, uint32_t primitive, float t_far, float *t)
+/* Whether the primitive stops the ray nearer than t_far, which then is its distance. Null surfaces never do, and no surface stops a
+   ray that passes all. */
+static int visit(traversal *ray, uint32_t shape_index, uint32_t primitive, float *t_far)
 {
     const shape *surface = &ray->scene->shapes[shape_index];
     surface_point point;
@@ -178,18 +183,18 @@ static int visit(traversal *ray, uint32_t shape_index, uint32_t primitive, float
         cross_triangle(ray, shape_index, primitive);
         return 0;
     }
-    if (!visible_sphere_point(surface, ray, &point) || !(point.t < t_far)) {
+    if (!visible_sphere_point(surface, ray, &point) || !(point.t < *t_far)) {
         return 0;
     }
-    *t = (float)point.t;
+    accept(ray, shape_index, primitive, &point);
+    *t_far = (float)point.t;
     return 1;
 }
 
 void traversal_intersect(const struct RTCIntersectFunctionNArguments *args)
 {
     struct RTCRayHit *rayhit = (struct RTCRayHit *)(void *)args->rayhit;
-    traversal *ray = (traversal *)(void *)args->context;
-    if (args->valid[0] && visit(ray, args->geomID, args->primID, rayhit->ray.tfar, &rayhit->ray.tfar)) {
+    if (args->valid[0] && visit((traversal *)(void *)args->context, args->geomID, args->primID, &rayhit->ray.tfar)) {
         rayhit->hit = (struct RTCHit){.primID = args->primID, .geomID = args->geomID};
         rayhit->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     }
@@ -197,10 +202,8 @@ void traversal_intersect(const struct RTCIntersectFunctionNArguments *args)
 
 void traversal_occluded(const struct RTCOccludedFunctionNArguments *args)
 {
-    struct RTCRay *embree_ray = (struct RTCRay *)(void *)args->ray;
-    traversal *ray = (traversal *)(void *)args->context;
-    float t;
-    if (args->valid[0] && visit(ray, args->geomID, args->primID, embree_ray->tfar, &t)) {
-        embree_ray->tfar = -INFINITY; /* Embree's sign for occluded */
+    struct RTCRay *ray = (struct RTCRay *)(void *)args->ray;
+    if (args->valid[0] && visit((traversal *)(void *)args->context, args->geomID, args->primID, &ray->tfar)) {
+        ray->tfar = -INFINITY; /* Embree's sign for occluded */
     }
 }

@@ -34,7 +34,7 @@ pub struct volgrad_bidirectional_options {
     pub seed: u64,
 }
 
-const DEFAULTS: volgrad_bidirectional_options = volgrad_bidirectional_options {
+pub(super) const DEFAULTS: volgrad_bidirectional_options = volgrad_bidirectional_options {
     struct_size: size_of::<volgrad_bidirectional_options>() as u32,
     max_length: VOLGRAD_MAX_LENGTH,
     rr_depth: 5,
@@ -142,7 +142,7 @@ fn technique([light, camera, weighted]: [u32; 3], max_length: u32) -> Result<Tec
     Ok(Technique { light: light as usize, camera: camera as usize, weighted: weighted == 1 })
 }
 
-fn options(o: &volgrad_bidirectional_options) -> Result<Options, Fault> {
+pub(super) fn options(o: &volgrad_bidirectional_options) -> Result<Options, Fault> {
     if !(2..=VOLGRAD_MAX_LENGTH).contains(&o.max_length) {
         return Err(VOLGRAD_ERROR_RANGE.at(c"max_length", 0));
     }

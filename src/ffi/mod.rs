@@ -10,6 +10,7 @@ mod chains;
 mod convert;
 mod custom;
 mod films;
+mod guides;
 #[cfg(feature = "exr")]
 mod images;
 mod kernels;
@@ -25,6 +26,7 @@ mod types;
 pub use bidirectional::*;
 pub use chains::*;
 pub use films::*;
+pub use guides::*;
 #[cfg(feature = "exr")]
 pub use images::*;
 pub use kernels::*;

@@ -171,6 +171,10 @@ pub(super) fn check_size(scene: &Scene, film: &Film) -> Result<(), Fault> {
 /// The numbers of pixels within the camera's crop.
 pub(super) fn pixel_range(scene: &Scene, film: &Film, first_pixel: u32, pixel_count: u32) -> Result<Range<u32>, Fault> {
     check_size(scene, film)?;
+    pixel_numbers(scene, first_pixel, pixel_count)
+}
+
+pub(super) fn pixel_numbers(scene: &Scene, first_pixel: u32, pixel_count: u32) -> Result<Range<u32>, Fault> {
     let [x0, y0, x1, y1] = scene.camera.crop;
     let end = first_pixel.checked_add(pixel_count).filter(|end| *end <= (x1 - x0) * (y1 - y0));
     Ok(first_pixel..end.ok_or(VOLGRAD_ERROR_RANGE.at(c"first_pixel, pixel_count", 0))?)

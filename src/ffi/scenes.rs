@@ -18,11 +18,11 @@ use core::slice;
 /// A scene without its geometry. Lives in memory of the caller; must not be moved.
 pub struct volgrad_scene {
     /// Tells a scene from other memory.
-    stamp: u64,
-    scene: Scene<'static>,
+    pub(super) stamp: u64,
+    pub(super) scene: Scene<'static>,
 }
 
-const STAMP: u64 = 0x766f_6c67_7261_6400 | VOLGRAD_ABI_VERSION as u64;
+pub(super) const STAMP: u64 = 0x766f_6c67_7261_6400 | VOLGRAD_ABI_VERSION as u64;
 
 /// Alignment of all memory for objects.
 pub(super) const ALIGNMENT: usize = 16;
@@ -191,7 +191,7 @@ pub(super) unsafe fn report(error: *mut volgrad_error, fault: &Fault) {
 ///
 /// # Safety
 /// `section` is aligned to ALIGNMENT, holds `count` values, and is free to write for as long as the scene is used.
-unsafe fn fill<T>(
+pub(super) unsafe fn fill<T>(
     section: *mut u8,
     count: usize,
     mut value: impl FnMut(usize) -> Result<T, Fault>,
@@ -230,7 +230,7 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     if let Some((i, _)) = environments.next() {
         return Err(VOLGRAD_ERROR_RANGE.at(c"lights.kind", i as usize));
     }
-    let lights = Lights { lights, cdf, media: light_media, environment };
+    let lights = Lights { lights, cdf, media: light_media, guides: &[], environment };
     let bounds = convert::bounds(desc.bounds_centre, desc.bounds_radius)?;
     let scene = Scene { camera, media, materials, lights, bounds };
     // SAFETY: as above.

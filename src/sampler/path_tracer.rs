@@ -11,6 +11,7 @@ use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
 use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, View, surface_epsilon};
 use crate::shift::{self, BatchStats, Bounce, Bounds, Draw, Next, Place, Scratch, Tile, Tiling, volume_to_image};
 use core::ops::Range;
+use core::slice::from_mut;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -198,6 +199,8 @@ struct Walk<'a, Q> {
     record: &'a mut Record,
     /// Its first ray.
     view: View,
+    /// What the current ray meets. Hits are large: this one stays where the host writes it.
+    hit: Hit,
     origin: DVec3,
     direction: DVec3,
     /// Where the ray begins: at the near plane for the first one.
@@ -216,7 +219,6 @@ struct Walk<'a, Q> {
 /// A vertex to scatter at, and what its rays need.
 struct Vertex<'a> {
     interaction: Interaction<'a>,
-    hit: Hit,
     /// How far from rays' start surfaces count; 0 in a medium.
     epsilon: f64,
 }
@@ -230,6 +232,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             stats,
             record,
             view,
+            hit: view.hit,
             origin: view.ray.origin,
             direction: view.ray.direction,
             start: view.ray.start,
@@ -244,28 +247,30 @@ impl<'a, Q: Queries> Walk<'a, Q> {
 
     /// Goes along the current ray to the next vertex, and records what light it meets. None: the path ends.
     fn advance(&mut self, depth: u32, numbers: &VertexNumbers) -> Result<Option<Vertex<'a>>, Stop> {
-        let found = if depth == 1 { Some(self.view.hit) } else { self.intersect()? };
-        let Some(hit) = found else { return Ok(None) };
-        let on_surface = hit.kind == HIT_SURFACE;
-        let length = if on_surface { self.start + f64::from(hit.t) } else { f64::INFINITY };
-        let line = self.line(length, hit.media());
-        let share = if depth == 1 { self.look(&hit) } else { 1.0 };
-        if depth == 1 && !self.leads_on(&hit) {
+        if depth > 1 && !self.intersect()? {
+            return Ok(None);
+        }
+        let on_surface = self.hit.kind == HIT_SURFACE;
+        let length = if on_surface { self.start + f64::from(self.hit.t) } else { f64::INFINITY };
+        let share = if depth == 1 { self.look() } else { 1.0 };
+        let line = self.line(length, self.hit.media());
+        if depth == 1 && !self.leads_on() {
             return Ok(None);
         }
         match sample_distance(&line, share * number(numbers, Slot::Distance)) {
             Flight::Collision { t, medium, optical_depth, pdf } => {
-                Ok(self.collide(depth, hit, t, medium, optical_depth, pdf / share))
+                Ok(self.collide(depth, t, medium, optical_depth, pdf / share))
             }
             // Light that arrives with probability 0 has underflowed.
             Flight::Passed { probability, .. } if !(probability > 0.0) => Ok(None),
-            Flight::Passed { optical_depth, probability } => Ok(self.arrive(depth, hit, length, optical_depth, probability)),
+            Flight::Passed { optical_depth, probability } => Ok(self.arrive(depth, length, optical_depth, probability)),
         }
     }
 
     /// What the camera sees directly along its first edge counts at its expected value, Tr·Le. Returns the share of the distance
     /// numbers that lead on: where nothing scatters at the edge's end, only those that make a collision.
-    fn look(&mut self, hit: &Hit) -> f64 {
+    fn look(&mut self) -> f64 {
+        let hit = &self.hit;
         let (light, bsdf) = match hit.kind {
             HIT_SURFACE => {
                 let front = hit.unit_normal().dot(self.direction) < 0.0;
@@ -284,26 +289,25 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
     }
 
-    /// Whether there are longer paths to render that begin with the ray to `hit`: by a collision, or from the surface.
-    fn leads_on(&self, hit: &Hit) -> bool {
+    /// Whether there are longer paths to render that begin with this ray: by a collision, or from the surface.
+    fn leads_on(&self) -> bool {
+        let hit = &self.hit;
         let bsdf = self.scene.materials.get(hit.material as usize).filter(|_| hit.kind == HIT_SURFACE);
         self.options.goes_beyond(1, false) || bsdf.is_some_and(Bsdf::is_specular) && self.options.goes_beyond(1, true)
     }
 
-    /// The nearest surface and the media up to it; None if they are too many.
-    fn intersect(&mut self) -> Result<Option<Hit>, Stop> {
+    /// Finds the nearest surface and the media up to it. False: they are too many.
+    fn intersect(&mut self) -> Result<bool, Stop> {
         let origin = self.origin + self.start * self.direction;
         let ray = Ray { t_min: self.t_min as f32, ..Ray::free(origin, self.direction, f64::INFINITY, self.medium) };
-        let mut hits = [Hit::EMPTY];
         self.stats.rays += 1;
-        self.queries.intersect(&[ray], &mut hits)?;
-        let [hit] = hits;
-        if hit.kind == HIT_OVERFLOW {
+        self.queries.intersect(&[ray], from_mut(&mut self.hit))?;
+        if self.hit.kind == HIT_OVERFLOW {
             self.stats.overflows += 1;
-            return Ok(None);
+            return Ok(false);
         }
-        hit.check(self.scene)?;
-        Ok(Some(hit))
+        self.hit.check(self.scene)?;
+        Ok(true)
     }
 
     fn line<'s>(&self, length: f64, segments: &'s [Segment]) -> Line<'s>
@@ -319,7 +323,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     }
 
     /// A collision in a medium.
-    fn collide(&mut self, depth: u32, hit: Hit, t: f64, index: u32, optical_depth: Colour, pdf: f64) -> Option<Vertex<'a>> {
+    fn collide(&mut self, depth: u32, t: f64, index: u32, optical_depth: Colour, pdf: f64) -> Option<Vertex<'a>> {
         let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
         let position = self.origin + t * self.direction;
         let sigma_s = medium.sigma_s(position);
@@ -328,7 +332,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             return None;
         }
         let arrival = Arrival {
-            line: self.line(t, hit.media()),
+            line: self.line(t, self.hit.media()),
             optical_depth,
             density: pdf,
             next: Next::Point { position, normal: None },
@@ -347,12 +351,13 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         }
         self.medium = index;
         let scatterer = Scatterer::Medium(medium.phase);
-        Some(Vertex { interaction: Interaction { position, to_camera: -self.direction, scatterer }, hit, epsilon: 0.0 })
+        Some(Vertex { interaction: Interaction { position, to_camera: -self.direction, scatterer }, epsilon: 0.0 })
     }
 
     /// The end of the ray: a surface, or the environment.
-    fn arrive(&mut self, depth: u32, hit: Hit, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
+    fn arrive(&mut self, depth: u32, length: f64, optical_depth: Colour, probability: f64) -> Option<Vertex<'a>> {
         self.throughput *= transmittance(optical_depth) / probability;
+        let hit = &self.hit;
         let bsdf = if hit.kind == HIT_SURFACE { Some(self.scene.materials.get(hit.material as usize)?) } else { None };
         let normal = hit.unit_normal();
         let position = self.origin + length * self.direction;
@@ -364,7 +369,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
                 position,
                 normal: Some(bsdf.facing(normal, -self.direction)),
             }),
-            place: bsdf.and_then(|bsdf| Place::on_surface(bsdf, &hit, self.direction)),
+            place: bsdf.and_then(|bsdf| Place::on_surface(bsdf, hit, self.direction)),
             connects: bsdf.is_none_or(Bsdf::is_lambertian),
             emits: hit.kind == HIT_SURFACE && hit.light != NONE,
             sigma_s: Colour::ONE,
@@ -388,7 +393,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         }
         let scatterer = Scatterer::Surface { bsdf, normal };
         let interaction = Interaction { position, to_camera: -self.direction, scatterer };
-        Some(Vertex { interaction, hit, epsilon: surface_epsilon(position, length) })
+        Some(Vertex { interaction, epsilon: surface_epsilon(position, length) })
     }
 
     /// Records the emission of a light that the ray has reached; `geometry` takes solid angle to the light's own measure.
@@ -464,7 +469,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     fn origin_of(&self, vertex: &Vertex, direction: DVec3) -> Origin {
         let medium = match vertex.interaction.scatterer {
             Scatterer::Medium(_) => self.medium,
-            Scatterer::Surface { normal, .. } => vertex.hit.medium_beyond(direction.dot(normal) > 0.0),
+            Scatterer::Surface { normal, .. } => self.hit.medium_beyond(direction.dot(normal) > 0.0),
         };
         Origin { medium, t_min: vertex.epsilon }
     }

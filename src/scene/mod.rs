@@ -9,7 +9,8 @@ mod view;
 pub use bsdf::{Bsdf, BsdfSample, Conductor, Ggx, Reflector, RoughConductor, RoughDielectric};
 pub use camera::{Camera, CameraRay, ImagePoint};
 pub use light::{
-    EnvironmentMap, Falloff, Light, LightSample, Lights, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
+    EnvironmentMap, Falloff, GUIDE_SIDE, Guide, Light, LightSample, Lights, accumulate, leave_constant_sky_to_chance,
+    running_sums, sums_length,
 };
 pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
 pub use view::View;

@@ -42,7 +42,7 @@ pub struct Hit {
     /// Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
     /// Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
     pub segment_count: u32,
-    /// Distance to the surface, world units.
+    /// Distance to the surface, world units, > 0.
     pub t: f32,
     /// Geometric unit normal, as the surface is oriented (not flipped towards the ray).
     pub normal: Vec3,

@@ -3,6 +3,7 @@
 use super::{CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, Queries, Ray, Scene, Stop};
 use crate::math::{Colour, DVec2};
 use crate::medium::{Line, optical_depth};
+use core::slice::from_mut;
 
 /// A camera ray, traced.
 #[derive(Clone, Copy, Debug)]
@@ -26,21 +27,30 @@ impl View {
 
     /// Traces all rays.
     pub fn trace(views: &mut [Self], scene: &Scene, queries: &impl Queries) -> Result<(), Stop> {
+        let to_infinity = |view: &Self| view.ray.free(&scene.camera, f64::INFINITY);
         for chunk in views.chunks_mut(CHUNK) {
+            if let [view] = chunk {
+                // The usual case, without copies.
+                queries.intersect(&[to_infinity(view)], from_mut(&mut view.hit))?;
+                view.check(scene)?;
+                continue;
+            }
             let mut rays = [Ray::default(); CHUNK];
             let mut hits = [const { Hit::EMPTY }; CHUNK];
             for (ray, view) in rays.iter_mut().zip(chunk.iter()) {
-                *ray = view.ray.free(&scene.camera, f64::INFINITY);
+                *ray = to_infinity(view);
             }
             queries.intersect(&rays[..chunk.len()], &mut hits[..chunk.len()])?;
             for (view, hit) in chunk.iter_mut().zip(hits) {
-                if hit.kind != HIT_OVERFLOW {
-                    hit.check(scene)?;
-                }
                 view.hit = hit;
+                view.check(scene)?;
             }
         }
         Ok(())
+    }
+
+    fn check(&self, scene: &Scene) -> Result<(), Stop> {
+        if self.hit.kind == HIT_OVERFLOW { Ok(()) } else { self.hit.check(scene) }
     }
 
     /// How far it goes from x_0.

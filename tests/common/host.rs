@@ -280,7 +280,7 @@ pub fn with_path<R>(world: &World, path: &ReferencePath, bricks: Bricks, visit: 
     let host_media = host_media(world, bricks);
     let media: Vec<Medium> = host_media.iter().map(HostMedium::view).collect();
     let HostPath { vertices, segments, edge_ends, materials, lights } = HostPath::new(world, path);
-    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], environment: None };
+    let lights = Lights { lights: &lights, cdf: &[1.0], media: &[], guides: &[], environment: None };
     let scene =
         Scene { camera: camera(&world.camera), media: &media, materials: &materials, lights, bounds: Bounds::default() };
     visit(&scene, &Path { vertices: &vertices, segments: &segments, edge_ends: &edge_ends })

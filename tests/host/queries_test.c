@@ -315,11 +315,12 @@ static void test_edges_and_corners(tally *t)
     end(&s);
 }
 
+static const int EDGES[12][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+
 /* Rays from outside aimed at the edges of a turned cube must be outside again in the end. */
 static void test_aimed_at_edges(tally *t)
 {
     enum { RAYS = 200000 };
-    static const int edges[12][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
     uint64_t random = 1;
     int leaks = 0;
     test_scene s;
@@ -331,7 +332,7 @@ static void test_aimed_at_edges(tally *t)
         if (hypot(hypot(from.x, from.y), from.z) < 2.0) {
             continue;
         }
-        const int *edge = edges[(int)(12 * uniform(&random))];
+        const int *edge = EDGES[(int)(12 * uniform(&random))];
         const float *a = cube->positions + 3 * edge[0], *b = cube->positions + 3 * edge[1];
         double u = uniform(&random);
         volgrad_hit hit = intersect(&s, ray_from(from, a[0] + u * (b[0] - a[0]) - from.x, a[1] + u * (b[1] - a[1]) - from.y,
@@ -339,6 +340,37 @@ static void test_aimed_at_edges(tally *t)
         leaks += hit.segments[hit.segment_count - 1].medium != VOLGRAD_NONE;
     }
     printf("of %d rays aimed at the edges of a null cube %d end in the wrong medium\n", RAYS, leaks);
+    CHECK(t, leaks == 0);
+    end(&s);
+}
+
+/* The same in small integers, so that rays meet edges without rounding: sides are zero, or what roundings leave. */
+static void test_exactly_at_edges(tally *t)
+{
+    enum { RAYS = 200000, HALF = 3 };
+    uint64_t random = 1;
+    int leaks = 0;
+    test_scene s;
+    begin(&s);
+    shape *cube = add_cube(&s, 1, VOLGRAD_NONE, FOG, ORIGIN, HALF, 0.0);
+    finish(&s);
+    for (int i = 0; i < RAYS; ++i) {
+        const int *edge = EDGES[(int)(12 * uniform(&random))];
+        const float *a = cube->positions + 3 * edge[0], *b = cube->positions + 3 * edge[1];
+        float from[3], way[3], step = floorf((float)(2 * HALF + 1) * (float)uniform(&random)) / (2 * HALF), far = 0.0f;
+        for (int k = 0; k < 3; ++k) {
+            from[k] = floorf(41.0f * (float)uniform(&random)) - 20.0f;
+            way[k] = roundf(a[k] + step * (b[k] - a[k])) - from[k];
+            far = fmaxf(far, fabsf(from[k]));
+        }
+        if (far <= HALF) {
+            continue;
+        }
+        volgrad_ray ray = {{from[0], from[1], from[2]}, {way[0], way[1], way[2]}, 0.0f, INFINITY, VOLGRAD_NONE};
+        volgrad_hit hit = intersect(&s, ray);
+        leaks += hit.segments[hit.segment_count - 1].medium != VOLGRAD_NONE;
+    }
+    printf("of %d rays exactly at the edges of a null cube %d end in the wrong medium\n", RAYS, leaks);
     CHECK(t, leaks == 0);
     end(&s);
 }
@@ -766,6 +798,7 @@ int main(void)
     test_null_cube(&t);
     test_edges_and_corners(&t);
     test_aimed_at_edges(&t);
+    test_exactly_at_edges(&t);
     test_nested_cubes(&t);
     test_touching_cubes(&t);
     test_null_before_t_min(&t);

@@ -167,7 +167,7 @@ proptest! {
     #[test]
     fn numbers_survive_the_pick_of_a_light(u in 0.0..1.0_f64, rest in 0.0..=1.0_f64) {
         let lights = near_lights(DVec3::Z);
-        let lights = Lights { lights: &lights[..4], cdf: &[0.0, 0.1, 0.1, 1.0], media: &[], environment: None };
+        let lights = Lights { lights: &lights[..4], cdf: &[0.0, 0.1, 0.1, 1.0], media: &[], guides: &[], environment: None };
         let (index, _, left) = lights.pick(u).expect("a light");
         prop_assert!((lights.number(index, left).expect("it is picked") - u).abs() < TOLERANCE);
         for index in 0..5 {
@@ -185,7 +185,7 @@ proptest! {
     fn the_ends_of_a_share_belong_to_it(mut weights in prop::array::uniform4(0.0..1.0_f64)) {
         accumulate(&mut weights);
         let lights = near_lights(DVec3::Z);
-        let lights = Lights { lights: &lights[..4], cdf: &weights, media: &[], environment: None };
+        let lights = Lights { lights: &lights[..4], cdf: &weights, media: &[], guides: &[], environment: None };
         for index in 0..4 {
             for rest in [0.0, 1.0] {
                 let number = lights.number(index, rest).expect("it is picked");

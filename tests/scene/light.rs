@@ -112,7 +112,7 @@ fn lights_without_area_have_no_density_over_it() {
 fn lights_are_picked_as_often_as_stated() {
     let lights = [PARALLELOGRAM, TRIANGLE, SPHERE, PARALLELOGRAM];
     let expected = [0.125, 0.0, 0.5, 0.375];
-    let lights = Lights { lights: &lights, cdf: &[0.125, 0.125, 0.625, 1.0], media: &[], environment: None };
+    let lights = Lights { lights: &lights, cdf: &[0.125, 0.125, 0.625, 1.0], media: &[], guides: &[], environment: None };
     let mut counts = [0; 4];
     const NUMBERS: u32 = 1 << 20;
     for n in 0..NUMBERS {

@@ -111,7 +111,7 @@ impl World {
     pub fn scene(&self) -> Scene<'_> {
         let environment = self.lights.iter().position(Light::is_environment);
         let environment = environment.map(|i| i as u32);
-        let lights = Lights { lights: &self.lights, cdf: &self.cdf, media: &self.light_media, environment };
+        let lights = Lights { lights: &self.lights, cdf: &self.cdf, media: &self.light_media, guides: &[], environment };
         let bounds = self.geometry.bounds();
         Scene { camera: self.camera, media: &self.media, materials: &self.materials, lights, bounds }
     }

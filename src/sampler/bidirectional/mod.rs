@@ -10,14 +10,14 @@ mod vertex;
 pub use connect::{Connection, Connector};
 pub use mis::Heuristic;
 pub use shiftable::Joined;
-pub use subpath::{Limits, MAX_LENGTH, Subpath, from_camera, from_light};
+pub use subpath::{Limits, MAX_LENGTH, Subpath, collision_share, from_camera, from_light};
 pub use vertex::{Edge, Kind, Vertex};
 
 use super::path_tracer::Stats;
-use super::primary::{PrimarySample, RandomNumbers, Slot, pair};
+use super::primary::{PrimarySample, RandomNumbers, Slot, number, pair};
 use crate::film::Film;
 use crate::math::{Colour, DVec2};
-use crate::scene::{Queries, Scene, Stop, View};
+use crate::scene::{GUIDE_SIDE, Queries, Scene, Stop, View};
 use core::ops::Range;
 
 #[derive(Clone, Copy, Debug)]
@@ -110,6 +110,26 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
             seen_elsewhere.iter().take(count).for_each(|(place, value)| film.add(*place, *value));
             film.add(place, sum);
             stats.paths += 1;
+        }
+        Ok(())
+    }
+
+    /// What the subpaths from each light carry, by the numbers that choose their direction: a film of [`GUIDE_SIDE`] pixels' width, with as
+    /// many rows for each light. From it [`Guide::learn`] knows where to send them.
+    pub fn learn(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        let (mut camera, mut light) = (Subpath::default(), Subpath::default());
+        for pixel in pixels {
+            let mut sum = Colour::ZERO;
+            self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
+                if sample.light.len() > 1 {
+                    sum += sample.connection.value * sample.connection.weight;
+                }
+            })?;
+            let first = RandomNumbers::for_light(self.options.seed, pass, pixel).vertex(0);
+            if let Some((index, _, _)) = self.scene.lights.pick(number(&first, Slot::Light)) {
+                let u = pair(&first, Slot::DirectionU, Slot::DirectionV) + DVec2::new(0.0, index.into());
+                film.add(u * GUIDE_SIDE as f64, sum);
+            }
         }
         Ok(())
     }

@@ -190,15 +190,18 @@ struct Start {
 impl Start {
     fn new(scene: &Scene, vertex: &Vertex, u: DVec2) -> Option<Self> {
         let (origin, direction, pdf) = match vertex.kind {
-            Kind::Light { light, normal, .. } => {
+            Kind::Light { light, index, normal } => {
+                let (u, aim) = scene.lights.guide(index, u);
                 let (direction, pdf) = light.sample_direction(normal, u)?;
-                (vertex.position, direction, pdf)
+                (vertex.position, direction, aim * pdf)
             }
-            Kind::Far { .. } => {
+            Kind::Far { index, .. } => {
+                let (u, aim) = scene.lights.guide(index, u);
                 let (centre, radius) = (scene.bounds.centre, scene.bounds.radius);
                 let (s, t) = orthonormal_basis(vertex.position);
                 let d = uniform_disk(u) * radius;
-                (centre + d.x * s + d.y * t + radius * vertex.position, -vertex.position, disk_density(&scene.bounds))
+                let origin = centre + d.x * s + d.y * t + radius * vertex.position;
+                (origin, -vertex.position, aim * disk_density(&scene.bounds))
             }
             _ => return None,
         };

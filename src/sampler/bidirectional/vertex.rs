@@ -4,7 +4,7 @@
 //! they are meant without its delta factor, in a measure that both directions share: projected solid angle times squared index of
 //! refraction. So only products in which each such vertex appears once have a meaning, and only their ratios.
 
-use crate::math::{Colour, DVec3, mean};
+use crate::math::{Colour, DVec2, DVec3, disk_number, mean, orthonormal_basis};
 use crate::phase::Phase;
 use crate::scene::{Bounds, Bsdf, Light, Scene};
 use core::f64::consts::PI;
@@ -85,6 +85,13 @@ pub fn disk_density(bounds: &Bounds) -> f64 {
     if bounds.radius > 0.0 { 1.0 / (PI * bounds.radius * bounds.radius) } else { 0.0 }
 }
 
+/// The numbers of the place on that disk, across the unit vector `to_light`, from which a ray reaches `x`.
+fn disk_numbers(bounds: &Bounds, to_light: DVec3, x: DVec3) -> DVec2 {
+    let (s, t) = orthonormal_basis(to_light);
+    let offset = (x - bounds.centre) / bounds.radius;
+    disk_number(DVec2::new(offset.dot(s), offset.dot(t)))
+}
+
 impl Vertex<'_> {
     pub fn is_specular(&self) -> bool {
         matches!(self.kind, Kind::Surface { bsdf, .. } if bsdf.is_specular())
@@ -147,10 +154,14 @@ impl Vertex<'_> {
     pub fn density_of(&self, scene: &Scene, from: DVec3, next: &Vertex, edge: &Edge) -> f64 {
         let direction = -edge.back;
         match self.kind {
-            Kind::Far { .. } => {
-                disk_density(&scene.bounds) * next.cosine(direction) * mean(next.extinction * edge.transmittance)
+            Kind::Far { index, .. } => {
+                let aim = scene.lights.guide_density(index, || Some(disk_numbers(&scene.bounds, self.position, next.position)));
+                disk_density(&scene.bounds) * aim * next.cosine(direction) * mean(next.extinction * edge.transmittance)
             }
-            Kind::Light { light, normal, .. } => light.direction_density(normal, direction) * next.arrival(edge),
+            Kind::Light { light, index, normal } => {
+                let aim = scene.lights.guide_density(index, || light.invert_direction(normal, direction));
+                light.direction_density(normal, direction) * aim * next.arrival(edge)
+            }
             Kind::Camera => scene.camera.direction_density(scene.camera.forward.dot(direction)) * next.arrival(edge),
             _ => self.scattering_density(from, direction) * next.arrival(edge),
         }

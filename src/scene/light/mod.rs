@@ -5,11 +5,13 @@
 mod distribution;
 mod emission;
 mod environment_map;
+mod guide;
 mod invert;
 mod spot;
 
 pub use distribution::{accumulate, leave_constant_sky_to_chance};
 pub use environment_map::{EnvironmentMap, running_sums, sums_length};
+pub use guide::{GUIDE_SIDE, Guide};
 pub use spot::Falloff;
 
 use crate::math::{Colour, DVec2, DVec3, direction_around, sqrt};
@@ -166,6 +168,8 @@ pub struct Lights<'a> {
     pub cdf: &'a [f64],
     /// The medium in front of each area light and around each point and spot light; NONE where there is no entry. As long as `lights`, or empty.
     pub media: &'a [u32],
+    /// Where each light's subpaths go. As long as `lights`; or empty: wherever it shines.
+    pub guides: &'a [Guide],
     /// Index of the environment light among them.
     pub environment: Option<u32>,
 }
@@ -178,6 +182,19 @@ impl<'a> Lights<'a> {
     /// The medium in which subpaths from a light start.
     pub fn medium(&self, index: u32) -> u32 {
         self.media.get(index as usize).copied().unwrap_or(crate::medium::NONE)
+    }
+
+    /// Warps the numbers that choose a subpath's direction from a light; and the warped numbers' density.
+    pub fn guide(&self, index: u32, u: DVec2) -> (DVec2, f64) {
+        self.guides.get(index as usize).and_then(|guide| guide.warp(u)).unwrap_or((u, 1.0))
+    }
+
+    /// The density of such numbers, told only if anyone asks.
+    pub fn guide_density(&self, index: u32, numbers: impl FnOnce() -> Option<DVec2>) -> f64 {
+        match self.guides.get(index as usize) {
+            Some(guide) => numbers().map_or(0.0, |u| guide.density(u)),
+            None => 1.0,
+        }
     }
 
     /// Probability that [`Lights::pick`] gives this one.
