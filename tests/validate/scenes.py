@@ -6,9 +6,9 @@ gives the standard errors. Four checks:
 * Means of the image, per channel: the difference lies within MEAN_LIMIT standard errors (of both images) plus the scene's allowance.
 * Means of the image against those of the plain runs with the same seeds. These take the same paths, or mutations, so that what remains
   is the noise of the shifts alone, and no reference's error: at most PAIRED_LIMIT.
-* Means of blocks of 8x8 pixels, mmlt's of 16x16: z = difference, less the allowance, over the standard error of both. Their distribution over the blocks (those
-  with noise: not all sky) and 3 channels is compared with the normal one: the shares beyond 2 and beyond 3, and the largest.
-
+* Means of blocks of 8x8 pixels, mmlt's of 16x16: z = difference, less the allowance, over the standard error of both. Their distribution
+  over the blocks (those with noise: not all sky) and 3 channels is compared with the normal one: the shares beyond 2 and beyond 3, and the
+  largest.
 * mmlt only: the spread of the image means of TEN_SEEDS seeds is no more than the printed error of the brightness b: (n - 1) times the
   ratio of the variances stays below the point of chi-square that it exceeds once in 1000. On the part `quiet` of the image, where no
   light is seen directly or in glass: that is the path sampler's, and has noise of its own.
@@ -34,9 +34,9 @@ z lie far out, on the negative side, than Student's t says. Their limits (HEAVY)
 beyond 3, and one at -5.0.
 Seeds are fixed: a run that passes once passes always, until the sampler takes other paths.
 
-Can it fail?  --break scale and --break albedo spoil the images by 2 % and the media's albedos by 2 %. The former turns everything of the path
-sampler red, also with --quick; the latter smoke, cloud and caustic with --quick (room, darker by 1.2 %, is within its noise: z = 2.8). Of
-bdpt and mmlt the former turns smoke and cloud red with --quick, of which there is little of room and caustic to stay under a minute. The
+Can it fail?  --break scale and --break albedo spoil the images by 2 % and the media's albedos by 2 %. The former turns everything of the
+path sampler red, also with --quick; the latter smoke, cloud and caustic with --quick (room, darker by 1.2 %, is within its noise:
+z = 2.8). Of bdpt and mmlt the former turns smoke and cloud red with --quick; of room and caustic too little is rendered there for 2 %. The
 column `sees` is the smallest error of the whole image's brightness that is sure to be seen. The check of the spread turns red if the
 printed errors are halved.
 """
