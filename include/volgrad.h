@@ -853,6 +853,25 @@ volgrad_status volgrad_bidirectional_run(const struct volgrad_scene *scene,
                                          struct volgrad_film *film,
                                          struct volgrad_path_sampler_stats *stats);
 
+// As `volgrad_bidirectional_run`, with the same samples, but adds only what one technique makes: paths of which `light_vertices` are
+// vertices of the subpath from a light and `camera_vertices`, 1 or more, of that from the camera; together 3 ... max_length + 1. To look
+// at, and to find mistakes.
+//
+// `weighted` 1: what the technique adds to the image; all techniques sum to it. 0: without its weight, so that techniques of as many
+// edges show the same paths, where they can make them at all, with the noise of their own. That may be without bounds: a connection in a
+// medium has infinite variance.
+volgrad_status volgrad_bidirectional_run_technique(const struct volgrad_scene *scene,
+                                                   const struct volgrad_queries *queries,
+                                                   const struct volgrad_bidirectional_options *options,
+                                                   uint32_t light_vertices,
+                                                   uint32_t camera_vertices,
+                                                   uint32_t weighted,
+                                                   uint64_t pass,
+                                                   uint32_t first_pixel,
+                                                   uint32_t pixel_count,
+                                                   struct volgrad_film *film,
+                                                   struct volgrad_path_sampler_stats *stats);
+
 // Fills options with their defaults: paths of 2 to 32 edges, no shifts. `struct_size`: `sizeof *options` of the caller.
 volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
 

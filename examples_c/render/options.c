@@ -26,6 +26,7 @@ enum {
     OPTION_INTEGRATOR,
     OPTION_HEURISTIC,
     OPTION_GUIDE,
+    OPTION_DEBUG_TECHNIQUES,
     OPTION_MUTATIONS,
     OPTION_CHAINS,
     OPTION_CHAIN_LENGTHS,
@@ -57,6 +58,7 @@ static const struct option LONG_OPTIONS[] = {
     {"integrator", required_argument, NULL, OPTION_INTEGRATOR},
     {"heuristic", required_argument, NULL, OPTION_HEURISTIC},
     {"guide", required_argument, NULL, OPTION_GUIDE},
+    {"debug-techniques", required_argument, NULL, OPTION_DEBUG_TECHNIQUES},
     {"mutations", required_argument, NULL, OPTION_MUTATIONS},
     {"chains", required_argument, NULL, OPTION_CHAINS},
     {"chain-lengths", required_argument, NULL, OPTION_CHAIN_LENGTHS},
@@ -202,6 +204,10 @@ static int take_option(int option, const char *value, options *out, usage *seen)
         out->has_guide = 1;
         return read_whole(value, 0, UINT32_MAX, &out->guide) ||
                complain("guide", value, "a whole number from 0 to 4294967295");
+    case OPTION_DEBUG_TECHNIQUES:
+        seen->needs_bdpt = "--debug-techniques";
+        out->techniques = value;
+        return *value != '\0' || complain("debug-techniques", value, "a folder");
     case OPTION_CROP:
         out->has_crop = 1;
         return read_crop(value, out->crop) || complain("crop", value, "X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1");

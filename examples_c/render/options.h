@@ -22,6 +22,7 @@ typedef struct {
     int has_guide;
     uint64_t guide; /* passes to learn from; 0: no guides */
     volgrad_shift_options shift;
+    const char *techniques; /* folder of their images; NULL: none */
     chain_settings chains; /* options.seed and options.shift are not set */
     int has_crop;
     uint32_t crop[4]; /* x0, y0, x1, y1 */

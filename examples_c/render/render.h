@@ -24,11 +24,18 @@ typedef struct {
     uint64_t passes; /* 0: enough for the scene's lights */
 } guide_settings;
 
+/* One of the ways to make bidirectional paths, as in volgrad_bidirectional_run_technique. */
+typedef struct {
+    uint32_t light_vertices, camera_vertices;
+    uint32_t weighted;
+} technique;
+
 typedef struct {
     const volgrad_scene *scene;
     const volgrad_queries *queries;
     const volgrad_path_sampler_options *sampler;        /* all, or what the others leave out */
     const volgrad_bidirectional_options *bidirectional; /* NULL: no bidirectional paths */
+    const technique *technique;                         /* only what it makes, of all samplers; NULL: everything */
     const chain_settings *chains;                       /* NULL: no chains */
     const guide_settings *guide;                        /* NULL: subpaths go wherever lights shine */
     uint32_t width, height;                             /* of the whole image */

@@ -170,6 +170,65 @@ check "bdpt: power heuristic" bdpt bdpt-power --heuristic power
 check "bdpt: it makes another image" different "$work/bdpt-1.exr" "$work/bdpt-power.exr"
 check "bdpt: its depth is that of the path sampler" bdpt bdpt-shallow --max-depth 2
 
+techniques() { # NAME SCENE ARGUMENTS...: the image and, in a folder of its name, those of its techniques
+    name=$1
+    from=$2
+    shift 2
+    "$render" "$from" -o "$work/$name.exr" --integrator bdpt --debug-techniques "$work/$name" --quiet "$@"
+}
+sum() { # IMAGE MORE FOLDER: the weighted techniques in the folder and MORE, what is seen directly, are the IMAGE, up to single precision
+    "$python" - "$root/tests/validate" "$@" <<'END'
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from images import read
+image, more, parts = read(sys.argv[2]), read(sys.argv[3]), sorted(Path(sys.argv[4]).glob("*_weighted.exr"))
+error = abs(sum(map(read, parts)) + more - image).max() / image.max()
+print(len(parts), error)
+sys.exit(not (len(parts) == 12 and error < 1e-6))
+END
+}
+check "bdpt: techniques" techniques parts "$scene" --spp 2 --max-depth 4 --crop 40,10,72,30
+check "bdpt: what is seen directly" image direct --spp 2 --max-depth 1 --crop 40,10,72,30
+check "bdpt: techniques sum to the image" sum "$work/parts.exr" "$work/direct.exr" "$work/parts"
+check "bdpt: techniques: header" header "$work/parts/s1_t3_weighted.exr" \
+    "(h['lightVertices'], h['cameraVertices'], h['weighted'], h['samplesPerPixel']) == (1, 3, 1, 2)"
+check "bdpt: techniques do not change the image" bdpt parts-none --max-depth 4 --crop 40,10,72,30
+check "bdpt: techniques do not change the image: the same" same "$work/parts.exr" "$work/parts-none.exr"
+cat >"$work/lamp.xml" <<'END'
+<scene version="3.0.0">
+    <integrator type="volpath"><integer name="max_depth" value="2"/></integrator>
+    <sensor type="perspective">
+        <float name="fov" value="40"/>
+        <transform name="to_world"><lookat origin="0, 1, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="32"/><rfilter type="box"/></film>
+    </sensor>
+    <shape type="rectangle">
+        <transform name="to_world"><rotate x="1" angle="-90"/></transform>
+        <bsdf type="diffuse"><rgb name="reflectance" value="0.5, 0.5, 0.5"/></bsdf>
+    </shape>
+    <shape type="rectangle">
+        <transform name="to_world"><rotate x="1" angle="90"/><translate y="2"/></transform>
+        <bsdf type="diffuse"><rgb name="reflectance" value="0, 0, 0"/></bsdf>
+        <emitter type="area"><rgb name="radiance" value="5, 5, 5"/></emitter>
+    </shape>
+</scene>
+END
+alike() { # FOLDER: what makes paths of two edges shows as many of them
+    "$python" - "$root/tests/validate" "$1" <<'END'
+import sys
+sys.path.insert(0, sys.argv[1])
+from images import read
+means = [read(f"{sys.argv[2]}/s{s}_t{3 - s}.exr").mean() for s in range(3)]
+print(means)
+sys.exit(not (0.05 < min(means) and max(means) < 1.03 * min(means)))  # noise: 0.6 %
+END
+}
+check "bdpt: a floor below a lamp" techniques lamp "$work/lamp.xml" --spp 200
+check "bdpt: techniques without weights see the same light" alike "$work/lamp"
+expect 2 "--debug-techniques means nothing without --integrator bdpt" "$scene" -o "$work/a.exr" --debug-techniques "$work/none"
+expect 1 "cannot make folder" "$scene" -o "$work/a.exr" --integrator bdpt --debug-techniques "$work/none/none"
+
 mmlt() { # NAME ARGUMENTS...
     name=$1
     shift

@@ -30,6 +30,26 @@ pub struct Options {
     pub heuristic: Heuristic,
 }
 
+/// What there is to see of one technique alone, with `light` vertices from a light and `camera` from the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct Technique {
+    pub light: usize,
+    pub camera: usize,
+    /// With its weight, so that all techniques sum to the image; without, each one that can make all paths of a length shows all of them.
+    pub weighted: bool,
+}
+
+impl Technique {
+    fn share(&self, sample: &Sample) -> Colour {
+        let Connection { value, weight, .. } = sample.connection;
+        match (sample.light.len(), sample.camera.len()) == (self.light, self.camera) {
+            true if self.weighted => value * weight,
+            true => value,
+            false => Colour::ZERO,
+        }
+    }
+}
+
 /// What one technique (s, t) made: s vertices from a light, t from the camera.
 pub struct Sample<'c, 'a> {
     pub camera: &'c [Vertex<'a>],
@@ -49,6 +69,30 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     /// One subpath through each of `pixels` of the camera's crop, numbered row by row, one from a light for each, and all their
     /// connections.
     pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        self.splat_pixels(pass, pixels, film, stats, |sample| sample.connection.value * sample.connection.weight)
+    }
+
+    /// The same samples, of which only what one technique makes is kept.
+    pub fn sample_technique(
+        &self,
+        technique: Technique,
+        pass: u64,
+        pixels: Range<u32>,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Stop> {
+        self.splat_pixels(pass, pixels, film, stats, |sample| technique.share(sample))
+    }
+
+    /// Adds `share` of everything that the pixels' samples make.
+    fn splat_pixels(
+        &self,
+        pass: u64,
+        pixels: Range<u32>,
+        film: &mut Film,
+        stats: &mut Stats,
+        share: impl Fn(&Sample) -> Colour,
+    ) -> Result<(), Stop> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
         // All of a sample or nothing: a callback can stop it, but only before its first splat.
         let mut seen_elsewhere = [(DVec2::ZERO, Colour::ZERO); MAX_LENGTH];
@@ -56,11 +100,10 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
             let (mut sum, mut count) = (Colour::ZERO, 0);
             let place = self.place(pass, pixel);
             self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
-                let Connection { pixel, value, weight, .. } = sample.connection;
                 if sample.camera.len() > 1 {
-                    sum += value * weight;
+                    sum += share(sample);
                 } else if let Some(splat) = seen_elsewhere.get_mut(count) {
-                    *splat = (pixel, value * weight);
+                    *splat = (sample.connection.pixel, share(sample));
                     count += 1;
                 }
             })?;
