@@ -92,7 +92,7 @@ test-scenes: $(RENDER) $(VENV)/ready
 validate: deps
 	$(MAKE) $(RENDER)
 	$(PY) tests/validate/scenes.py --render $(RENDER) --output $(BUILD)/validate
-	VOLGRAD_LONG=1 cargo test --features $(FEATURES) --test unbiased --test energy --test single_scattering --test host_sampler
+	VOLGRAD_LONG=1 cargo test --features $(FEATURES) --test unbiased --test energy --test single_scattering --test host_sampler --test metropolis
 	$(PYTHON) tests/mutants.py
 
 demo: deps

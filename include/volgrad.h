@@ -386,8 +386,8 @@ typedef struct volgrad_chain_start {
   double share;
   // Chains in all.
   uint32_t chains;
-  uint32_t reserved;
-  // Brightness of this length.
+  // Brightness of this length as the other samples alone tell it, and as all do.
+  float others;
   double brightness;
 } volgrad_chain_start;
 
@@ -853,6 +853,25 @@ volgrad_status volgrad_bidirectional_run(const struct volgrad_scene *scene,
                                          struct volgrad_film *film,
                                          struct volgrad_path_sampler_stats *stats);
 
+// As `volgrad_bidirectional_run`, with the same samples, but adds only what one technique makes: paths of which `light_vertices` are
+// vertices of the subpath from a light and `camera_vertices`, 1 or more, of that from the camera; together 3 ... max_length + 1. To look
+// at, and to find mistakes.
+//
+// `weighted` 1: what the technique adds to the image; all techniques sum to it. 0: without its weight, so that techniques of as many
+// edges show the same paths, where they can make them at all, with the noise of their own. That may be without bounds: a connection in a
+// medium has infinite variance.
+volgrad_status volgrad_bidirectional_run_technique(const struct volgrad_scene *scene,
+                                                   const struct volgrad_queries *queries,
+                                                   const struct volgrad_bidirectional_options *options,
+                                                   uint32_t light_vertices,
+                                                   uint32_t camera_vertices,
+                                                   uint32_t weighted,
+                                                   uint64_t pass,
+                                                   uint32_t first_pixel,
+                                                   uint32_t pixel_count,
+                                                   struct volgrad_film *film,
+                                                   struct volgrad_path_sampler_stats *stats);
+
 // Fills options with their defaults: paths of 2 to 32 edges, no shifts. `struct_size`: `sizeof *options` of the caller.
 volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
 
@@ -869,8 +888,8 @@ volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
                                        float *weights);
 
 // How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
-// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else, and take another seed, in `options` here
-// and there: samples of one seed and number share their random numbers, and what is learned must not know those that chains begin with.
+// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else: those that are made with the
+// table have other random numbers.
 volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
                                    const float *weights,
                                    uintptr_t count,

@@ -79,7 +79,7 @@ fn a_record_is_the_whole_path() {
             |shift| sampler::Options { max_depth: 10, rr_depth: 4, seed: 11, shift, left_out: volgrad::sampler::Lengths::NONE };
         for (run, mode) in [(1, Mode::Exact), (2, Mode::LogLinear), (3, Mode::Exchangeable), (MAX_RUN, Mode::TwoLevel)] {
             let (mut long, mut beside) = (0, 0);
-            for pass in 0..4000 {
+            for pass in 0..8000 {
                 let whole = record(&world, sampler(None), pass).plain;
                 let mut record = record(&world, sampler(Some(options(mode, DISK, 1, run))), pass);
                 let plain = record.plain;

@@ -1,5 +1,6 @@
 #include "bootstrap.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "seconds.h"
@@ -33,7 +34,7 @@ typedef struct {
     const volgrad_chain_techniques *techniques; /* NULL: all alike */
     float *weights;                             /* of all samples */
     uint64_t first, end;
-    double seconds; /* after which to stop, since the job's start; 0: no limit */
+    double until;   /* on the wall's clock; INFINITY: no limit */
     int at_least;   /* is made whole */
 } batch;
 
@@ -47,15 +48,15 @@ static volgrad_status sample_item(void *user, unsigned worker, uint64_t item)
                                    left < ITEM_SAMPLES ? (uint32_t)left : ITEM_SAMPLES, t->weights + first);
 }
 
-static int time_is_up(const render_job *job, double seconds)
+static int time_is_up(const render_job *job, double until)
 {
-    return *job->stop || (seconds > 0.0 && seconds_wall() - job->start >= seconds);
+    return *job->stop || seconds_wall() >= until;
 }
 
 static int enough(void *user)
 {
     const batch *t = user;
-    return !t->at_least && time_is_up(t->job, t->seconds);
+    return !t->at_least && time_is_up(t->job, t->until);
 }
 
 static void report(void *user, uint64_t items)
@@ -83,9 +84,11 @@ static volgrad_status run_batch(batch *t, uint64_t *reached)
 
 /* ---- how many ---- */
 
-static double seconds_limit(const render_job *job)
+/* When a share of the time that the bootstrap may take is over. */
+static double time_of(const bootstrap *b, double share)
 {
-    return job->chains->bootstrap == 0 ? MOST_OF_TIME * job->max_seconds : 0.0;
+    int limited = b->job->chains->bootstrap == 0 && b->job->max_seconds > 0.0;
+    return limited ? b->start + share * MOST_OF_TIME * b->job->max_seconds : INFINITY;
 }
 
 static uint64_t most_samples(const render_job *job)
@@ -108,7 +111,7 @@ static uint64_t next_count(const bootstrap *b)
         return FIRST_COUNT;
     }
     int good = b->known.brightness > 0.0 && b->known.relative_error <= GOOD_RELATIVE_ERROR;
-    if (good || b->count >= most || time_is_up(b->job, seconds_limit(b->job))) {
+    if (good || b->count >= most || time_is_up(b->job, time_of(b, 1.0))) {
         return b->count;
     }
     return 2 * b->count < most ? 2 * b->count : most;
@@ -128,7 +131,7 @@ static volgrad_status learn(bootstrap *b)
                .options = &options,
                .weights = b->weights,
                .end = wanted < MOST_LEARNING ? wanted : MOST_LEARNING,
-               .seconds = LEARNING_SHARE_OF_TIME * seconds_limit(job)};
+               .until = time_of(b, LEARNING_SHARE_OF_TIME)};
     volgrad_status status = run_batch(&t, &count);
     return status == VOLGRAD_OK ? volgrad_chain_learn(&options, b->weights, count, &b->techniques) : status;
 }
@@ -141,7 +144,7 @@ static volgrad_status run_samples(bootstrap *b, uint64_t end)
                .weights = b->weights,
                .first = b->count,
                .end = end,
-               .seconds = seconds_limit(b->job),
+               .until = time_of(b, 1.0),
                .at_least = b->count == 0}; /* there is nothing to begin with otherwise */
     volgrad_status status = run_batch(&t, &b->count);
     return status == VOLGRAD_OK ? volgrad_chain_plan(t.options, t.techniques, b->weights, b->count, 1, NULL, 0, &b->known) : status;
@@ -156,9 +159,8 @@ static int make_room(bootstrap *b, uint64_t count)
 
 int bootstrap_run(bootstrap *b, const render_job *job, volgrad_status *status)
 {
-    double start = seconds_wall();
     uint64_t end, asked = 0;
-    *b = (bootstrap){.job = job, .known = {.struct_size = sizeof b->known}};
+    *b = (bootstrap){.job = job, .start = seconds_wall(), .known = {.struct_size = sizeof b->known}};
     if (!make_room(b, MOST_LEARNING)) {
         *status = VOLGRAD_OK;
         return 0;
@@ -172,7 +174,7 @@ int bootstrap_run(bootstrap *b, const render_job *job, volgrad_status *status)
         asked = end;
         *status = run_samples(b, end);
     }
-    b->seconds = seconds_wall() - start;
+    b->seconds = seconds_wall() - b->start;
     return *status == VOLGRAD_OK;
 }
 

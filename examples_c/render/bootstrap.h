@@ -9,6 +9,7 @@ typedef struct {
     volgrad_chain_techniques techniques; /* of these samples */
     float *weights;
     uint64_t count;
+    double start;   /* seconds_wall() */
     double seconds; /* that they took */
     volgrad_chain_plan_result known;
 } bootstrap;

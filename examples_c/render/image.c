@@ -31,8 +31,8 @@ static int write_files(const image_source *source, const float *window, const vo
 {
     metadata m;
     metadata_collect(&m, source);
-    return output_write_exr(source->options->output, layout, window, m.attributes, m.count) &&
-           output_write_preview(source->options->output, layout->window_width, layout->window_height, window);
+    return output_write_exr(source->output, layout, window, m.attributes, m.count) &&
+           output_write_preview(source->output, layout->window_width, layout->window_height, window);
 }
 
 /* `more` is room for as many floats as `rgb`; without chains it is not used. */

@@ -7,10 +7,12 @@
 
 typedef struct {
     const char *command_line;
+    const char *output; /* ends in .exr */
     const options *options;
     const volgrad_camera *camera;
     const volgrad_path_sampler_options *sampler;
     const chain_settings *chains; /* NULL: none */
+    const technique *technique;   /* NULL: all */
     const render_result *result;
     uint64_t dropped; /* samples that were no numbers */
 } image_source;

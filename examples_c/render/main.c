@@ -16,6 +16,7 @@
 #include "scene.h"
 #include "seconds.h"
 #include "stats.h"
+#include "techniques.h"
 
 enum { EXIT_OK = 0, EXIT_FAILED = 1, EXIT_WRONG_INPUT = 2 };
 
@@ -133,6 +134,9 @@ static int render_and_write(const render_job *job, image_source *source)
             stats_print(&result, source->dropped);
         }
     }
+    if (exit_status == EXIT_OK && source->options->techniques != NULL) {
+        exit_status = !techniques_write(job, source) ? EXIT_FAILED : *job->stop ? EXIT_INTERRUPTED : EXIT_OK;
+    }
     render_result_free(&result);
     return exit_status;
 }
@@ -154,6 +158,7 @@ static int run_with_queries(image_source *source, samplers *all, const scene *s,
                       .sampler = &all->path,
                       .bidirectional = o->integrator == INTEGRATOR_BDPT ? &all->bidirectional : NULL,
                       .chains = source->chains,
+                      .guide = all->has_guide ? &all->guide : NULL,
                       .width = window.width,
                       .height = window.height,
                       .pixel_count = pixels,
@@ -202,8 +207,8 @@ static int run_scene(image_source *source, scene *s)
 static int run(const options *o, const char *command_line)
 {
     scene s;
-    image_source source = {.command_line = command_line, .options = o};
-    if (!output_check(o->output)) {
+    image_source source = {.command_line = command_line, .output = o->output, .options = o};
+    if (!output_check(o->output) || (o->techniques != NULL && !output_folder(o->techniques))) {
         return EXIT_FAILED;
     }
     if (!scene_load(o->scene, &s)) {

@@ -121,6 +121,14 @@ void metadata_collect(metadata *m, const image_source *source)
     if (source->options->integrator == INTEGRATOR_BDPT) {
         add_text(m, "heuristic", options_heuristic_name(source->options->heuristic));
     }
+    if (source->options->integrator != INTEGRATOR_PATH) {
+        add_number(m, "guideSamples", (double)result->guide_samples);
+    }
+    if (source->technique != NULL) {
+        add_number(m, "lightVertices", source->technique->light_vertices);
+        add_number(m, "cameraVertices", source->technique->camera_vertices);
+        add_number(m, "weighted", source->technique->weighted);
+    }
     add_sampler(m, source->sampler);
     if (source->chains != NULL) {
         add_chains(m, source->chains, &result->chains);

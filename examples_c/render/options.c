@@ -25,6 +25,8 @@ enum {
     OPTION_SHIFT_ALPHA,
     OPTION_INTEGRATOR,
     OPTION_HEURISTIC,
+    OPTION_GUIDE,
+    OPTION_DEBUG_TECHNIQUES,
     OPTION_MUTATIONS,
     OPTION_CHAINS,
     OPTION_CHAIN_LENGTHS,
@@ -55,6 +57,8 @@ static const struct option LONG_OPTIONS[] = {
     {"shift-alpha", required_argument, NULL, OPTION_SHIFT_ALPHA},
     {"integrator", required_argument, NULL, OPTION_INTEGRATOR},
     {"heuristic", required_argument, NULL, OPTION_HEURISTIC},
+    {"guide", required_argument, NULL, OPTION_GUIDE},
+    {"debug-techniques", required_argument, NULL, OPTION_DEBUG_TECHNIQUES},
     {"mutations", required_argument, NULL, OPTION_MUTATIONS},
     {"chains", required_argument, NULL, OPTION_CHAINS},
     {"chain-lengths", required_argument, NULL, OPTION_CHAIN_LENGTHS},
@@ -91,10 +95,11 @@ static int read_max_depth(const char *text, options *out)
     return read_whole32(text, 1, INT32_MAX, &out->max_depth);
 }
 
-/* Options that mean nothing without --shift, --integrator bdpt, --integrator mmlt: the last one seen of each, or NULL. */
+/* Options that mean nothing without --shift, --integrator bdpt, either, --integrator mmlt: the last one seen of each, or NULL. */
 typedef struct {
     const char *needs_shift;
     const char *needs_bdpt;
+    const char *needs_lights; /* --integrator bdpt or mmlt, whose subpaths start at lights too */
     const char *needs_mmlt;
 } usage;
 
@@ -194,6 +199,15 @@ static int take_option(int option, const char *value, options *out, usage *seen)
         seen->needs_bdpt = "--heuristic";
         return read_heuristic(value, &out->heuristic) ||
                complain("heuristic", value, "balance or power");
+    case OPTION_GUIDE:
+        seen->needs_lights = "--guide";
+        out->has_guide = 1;
+        return read_whole(value, 0, UINT32_MAX, &out->guide) ||
+               complain("guide", value, "a whole number from 0 to 4294967295");
+    case OPTION_DEBUG_TECHNIQUES:
+        seen->needs_bdpt = "--debug-techniques";
+        out->techniques = value;
+        return *value != '\0' || complain("debug-techniques", value, "a folder");
     case OPTION_CROP:
         out->has_crop = 1;
         return read_crop(value, out->crop) || complain("crop", value, "X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1");
@@ -260,6 +274,9 @@ static options_result check_line(const options *out, const usage *seen, int scen
     }
     if (seen->needs_bdpt != NULL && out->integrator != INTEGRATOR_BDPT) {
         return refuse(seen->needs_bdpt, " means nothing without --integrator bdpt");
+    }
+    if (seen->needs_lights != NULL && out->integrator == INTEGRATOR_PATH) {
+        return refuse(seen->needs_lights, " means nothing without --integrator bdpt or mmlt");
     }
     if (seen->needs_mmlt != NULL && out->integrator != INTEGRATOR_MMLT) {
         return refuse(seen->needs_mmlt, " means nothing without --integrator mmlt");

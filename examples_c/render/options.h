@@ -19,7 +19,10 @@ typedef struct {
     uint32_t max_depth; /* 0: no limit */
     uint32_t integrator; /* INTEGRATOR_* */
     uint32_t heuristic;  /* VOLGRAD_HEURISTIC_* */
+    int has_guide;
+    uint64_t guide; /* passes to learn from; 0: no guides */
     volgrad_shift_options shift;
+    const char *techniques; /* folder of their images; NULL: none */
     chain_settings chains; /* options.seed and options.shift are not set */
     int has_crop;
     uint32_t crop[4]; /* x0, y0, x1, y1 */

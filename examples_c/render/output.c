@@ -95,6 +95,16 @@ int output_check(const char *exr_path)
     return ok;
 }
 
+int output_folder(const char *path)
+{
+    struct stat existing;
+    if (mkdir(path, 0777) == 0 || (stat(path, &existing) == 0 && S_ISDIR(existing.st_mode))) {
+        return 1;
+    }
+    fprintf(stderr, "volgrad-render: cannot make folder %s: %s\n", path, strerror(errno));
+    return 0;
+}
+
 /* ---- EXR ---- */
 
 int output_write_exr(const char *exr_path, const volgrad_exr_layout *layout, const float *rgb,

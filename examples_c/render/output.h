@@ -11,6 +11,9 @@
    and returns 0. */
 int output_check(const char *exr_path);
 
+/* Makes a folder if there is none. Prints why not to stderr and returns 0. */
+int output_folder(const char *path);
+
 /* `rgb`: 3 floats for each pixel of the layout's window, row by row. Print to stderr and return 0 on failure. */
 int output_write_exr(const char *exr_path, const volgrad_exr_layout *layout, const float *rgb,
                      const volgrad_exr_attribute *attributes, uint32_t attribute_count);

@@ -31,6 +31,11 @@ static volgrad_status render_item(void *user, unsigned worker, uint64_t item)
     volgrad_film *film = p->films.each[worker].film;
     volgrad_path_sampler_stats *stats = &p->stats[worker];
     volgrad_status status = VOLGRAD_OK;
+    if (job->technique != NULL) {
+        const technique *only = job->technique;
+        return volgrad_bidirectional_run_technique(job->scene, job->queries, job->bidirectional, only->light_vertices,
+                                                   only->camera_vertices, only->weighted, pass, first_pixel, count, film, stats);
+    }
     if (job->bidirectional != NULL) {
         status = volgrad_bidirectional_run(job->scene, job->queries, job->bidirectional, pass, first_pixel, count, film, stats);
     }

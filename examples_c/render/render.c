@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "guide.h"
 #include "metropolis.h"
 #include "passes.h"
 #include "seconds.h"
@@ -28,7 +29,16 @@ int render_run(const render_job *job, render_result *result)
                               .stats = {.struct_size = sizeof result->stats},
                               .chains = {.stats = {.struct_size = sizeof result->chains.stats}}};
     double cpu_start = seconds_cpu();
-    int ok = job->chains != NULL ? metropolis_render(job, result) : passes_render(job, result);
+    guide g;
+    int ok = guide_learn(&g, job, &result->status);
+    result->guide_samples = g.samples;
+    result->guide_seconds = g.seconds;
+    if (ok) {
+        render_job guided = *job;
+        guided.scene = g.scene;
+        ok = job->chains != NULL ? metropolis_render(&guided, result) : passes_render(&guided, result);
+    }
+    guide_free(&g);
     result->wall_seconds = seconds_wall() - job->start;
     result->cpu_seconds = seconds_cpu() - cpu_start;
     return ok && result->status == VOLGRAD_OK;

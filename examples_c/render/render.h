@@ -1,5 +1,6 @@
 /* Renders an image on all threads. It depends on the seed and on how much was done, not on the threads: films are integer sums, and a
-   limit or a signal only decides before which pass, or round of mutations, to stop. */
+   limit or a signal only decides before which pass, or round of mutations, to stop, and whether guides learn from all samples that they
+   should. */
 #ifndef RENDER_RENDER_H
 #define RENDER_RENDER_H
 
@@ -17,12 +18,26 @@ typedef struct {
     uint32_t chains;              /* 0: so many that their burn-in costs little */
 } chain_settings;
 
+/* How the subpaths from lights learn where to go (guide.h). */
+typedef struct {
+    volgrad_bidirectional_options options;
+    uint64_t passes; /* 0: enough for the scene's lights */
+} guide_settings;
+
+/* One of the ways to make bidirectional paths, as in volgrad_bidirectional_run_technique. */
+typedef struct {
+    uint32_t light_vertices, camera_vertices;
+    uint32_t weighted;
+} technique;
+
 typedef struct {
     const volgrad_scene *scene;
     const volgrad_queries *queries;
     const volgrad_path_sampler_options *sampler;        /* all, or what the others leave out */
     const volgrad_bidirectional_options *bidirectional; /* NULL: no bidirectional paths */
+    const technique *technique;                         /* only what it makes, of all samplers; NULL: everything */
     const chain_settings *chains;                       /* NULL: no chains */
+    const guide_settings *guide;                        /* NULL: subpaths go wherever lights shine */
     uint32_t width, height;                             /* of the whole image */
     uint32_t pixel_count;                               /* in the crop window */
     unsigned threads;                                   /* at least 1 */
@@ -58,6 +73,8 @@ typedef struct {
     double cpu_seconds; /* of all threads */
     volgrad_path_sampler_stats stats;
     owned_film film; /* the sum of all passes; NULL unless status is VOLGRAD_OK */
+    uint64_t guide_samples; /* that guides learned from; 0: no guides */
+    double guide_seconds;   /* that it took */
     chain_result chains;
 } render_result;
 

@@ -19,6 +19,20 @@ static void leave_out(samplers *all, uint32_t first, uint32_t last)
     all->path.left_out_last = last;
 }
 
+/* The light that lights send through few gaps takes few edges to find them; longer paths cost more than they teach. */
+enum { LONGEST_LESSON = 6 };
+
+/* Guides learn from paths of up to `longest` edges. */
+static void set_guide(samplers *all, const options *o, uint32_t longest)
+{
+    all->has_guide = !o->has_guide || o->guide > 0;
+    all->guide.passes = o->guide;
+    all->guide.options.max_length = at_most(LONGEST_LESSON, longest);
+    all->guide.options.rr_depth = all->path.rr_depth;
+    /* Other random numbers than those of the image: what they choose must not have been learned from them. */
+    all->guide.options.seed = ~o->seed;
+}
+
 static int set_bidirectional(samplers *all, const options *o)
 {
     const uint32_t shortest = 2;
@@ -31,6 +45,7 @@ static int set_bidirectional(samplers *all, const options *o)
     all->bidirectional.heuristic = o->heuristic;
     all->bidirectional.seed = o->seed;
     leave_out(all, shortest, all->bidirectional.max_length);
+    set_guide(all, o, all->bidirectional.max_length);
     return 1;
 }
 
@@ -46,6 +61,7 @@ static int set_chains(samplers *all, const options *o)
     chains->seed = o->seed;
     chains->shift = o->shift;
     leave_out(all, chains->min_length, chains->max_length);
+    set_guide(all, o, chains->max_length);
     return 1;
 }
 
@@ -55,6 +71,7 @@ int samplers_set(samplers *out, const options *o, const scene *s)
     volgrad_status status = volgrad_path_sampler_options_default(&out->path, sizeof out->path);
     if (status == VOLGRAD_OK) {
         status = volgrad_bidirectional_options_default(&out->bidirectional, sizeof out->bidirectional);
+        out->guide.options = out->bidirectional;
     }
     if (status != VOLGRAD_OK) {
         fprintf(stderr, "volgrad-render: samplers: %s\n", volgrad_status_message(status));

@@ -9,6 +9,8 @@ typedef struct {
     volgrad_path_sampler_options path; /* beside another one: leaves out what that one renders */
     volgrad_bidirectional_options bidirectional;
     chain_settings chains;
+    guide_settings guide;
+    int has_guide;
 } samplers;
 
 /* Returns 0 if the command line does not go with the scene; it has said so then. */

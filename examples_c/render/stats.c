@@ -44,7 +44,11 @@ void stats_print(const render_result *result, uint64_t dropped)
     double seconds = result->wall_seconds;
     printf("%-16s %16" PRIu64 "\n", "passes", result->passes);
     printf("%-16s %16.3f s\n", "wall time", seconds);
-    printf("%-16s %16.3f s\n\n", "processor time", result->cpu_seconds);
+    printf("%-16s %16.3f s\n", "processor time", result->cpu_seconds);
+    if (result->guide_seconds > 0.0) {
+        printf("%-16s %16" PRIu64 " in %.3f s\n", "guide samples", result->guide_samples, result->guide_seconds);
+    }
+    putchar('\n');
     printf("%-16s %16s %14s\n", "", "count", "per second");
     print_row("paths", s->paths, seconds);
     print_row("rays", s->rays, seconds);

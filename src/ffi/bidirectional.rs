@@ -7,7 +7,7 @@ use super::scenes::{scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_queries;
 use crate::sampler::Stats;
-use crate::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, Options};
+use crate::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, Options, Technique};
 
 /// Most edges of a path of the bidirectional sampler and of chains.
 pub const VOLGRAD_MAX_LENGTH: u32 = 64;
@@ -69,21 +69,77 @@ pub unsafe extern "C" fn volgrad_bidirectional_run(
     film: *mut volgrad_film,
     stats: *mut volgrad_path_sampler_stats,
 ) -> volgrad_status {
-    finish((|| {
-        // SAFETY: the header's contract, here and below.
-        let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
-        let options = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
-        let counted = if stats.is_null() { NO_STATS } else { unsafe { sized_over(stats, NO_STATS) }? };
-        let mut film = unsafe { self::film(film) }?;
-        let pixels = pixel_range(scene, &film, first_pixel, pixel_count)?;
-        let sampler = Bidirectional { scene, queries: &queries, options };
-        let mut done = Stats::default();
-        let result = sampler.sample_pixels(pass, pixels, &mut film, &mut done);
-        if !stats.is_null() {
-            unsafe { add_stats(stats, counted, &done) }?;
-        }
-        Ok(result?)
-    })())
+    // SAFETY: the header's contract.
+    finish(unsafe { run(scene, queries, options, None, pass, first_pixel, pixel_count, film, stats) })
+}
+
+/// As `volgrad_bidirectional_run`, with the same samples, but adds only what one technique makes: paths of which `light_vertices` are
+/// vertices of the subpath from a light and `camera_vertices`, 1 or more, of that from the camera; together 3 ... max_length + 1. To look
+/// at, and to find mistakes.
+///
+/// `weighted` 1: what the technique adds to the image; all techniques sum to it. 0: without its weight, so that techniques of as many
+/// edges show the same paths, where they can make them at all, with the noise of their own. That may be without bounds: a connection in a
+/// medium has infinite variance.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_bidirectional_run_technique(
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    options: *const volgrad_bidirectional_options,
+    light_vertices: u32,
+    camera_vertices: u32,
+    weighted: u32,
+    pass: u64,
+    first_pixel: u32,
+    pixel_count: u32,
+    film: *mut volgrad_film,
+    stats: *mut volgrad_path_sampler_stats,
+) -> volgrad_status {
+    let technique = [light_vertices, camera_vertices, weighted];
+    // SAFETY: the header's contract.
+    finish(unsafe { run(scene, queries, options, Some(technique), pass, first_pixel, pixel_count, film, stats) })
+}
+
+/// # Safety
+/// The pointers are as the header wants them. `only`: light vertices, camera vertices, weighted; None: all techniques.
+unsafe fn run(
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    options: *const volgrad_bidirectional_options,
+    only: Option<[u32; 3]>,
+    pass: u64,
+    first_pixel: u32,
+    pixel_count: u32,
+    film: *mut volgrad_film,
+    stats: *mut volgrad_path_sampler_stats,
+) -> Result<(), Fault> {
+    // SAFETY: the caller's promise, here and below.
+    let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
+    let options = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
+    let technique = only.map(|only| technique(only, options.max_length)).transpose()?;
+    let counted = if stats.is_null() { NO_STATS } else { unsafe { sized_over(stats, NO_STATS) }? };
+    let mut film = unsafe { self::film(film) }?;
+    let pixels = pixel_range(scene, &film, first_pixel, pixel_count)?;
+    let sampler = Bidirectional { scene, queries: &queries, options };
+    let mut done = Stats::default();
+    let result = match technique {
+        None => sampler.sample_pixels(pass, pixels, &mut film, &mut done),
+        Some(technique) => sampler.sample_technique(technique, pass, pixels, &mut film, &mut done),
+    };
+    if !stats.is_null() {
+        unsafe { add_stats(stats, counted, &done) }?;
+    }
+    Ok(result?)
+}
+
+fn technique([light, camera, weighted]: [u32; 3], max_length: u32) -> Result<Technique, Fault> {
+    let vertices = light.checked_add(camera).filter(|sum| (3..=max_length + 1).contains(sum));
+    if vertices.is_none() || camera == 0 {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"light_vertices, camera_vertices", 0));
+    }
+    if weighted > 1 {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"weighted", 0));
+    }
+    Ok(Technique { light: light as usize, camera: camera as usize, weighted: weighted == 1 })
 }
 
 pub(super) fn options(o: &volgrad_bidirectional_options) -> Result<Options, Fault> {

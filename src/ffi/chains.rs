@@ -83,8 +83,8 @@ pub struct volgrad_chain_start {
     pub share: f64,
     /// Chains in all.
     pub chains: u32,
-    pub reserved: u32,
-    /// Brightness of this length.
+    /// Brightness of this length as the other samples alone tell it, and as all do.
+    pub others: f32,
     pub brightness: f64,
 }
 
@@ -201,8 +201,8 @@ pub unsafe extern "C" fn volgrad_chain_bootstrap(
 }
 
 /// How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
-/// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else, and take another seed, in `options` here
-/// and there: samples of one seed and number share their random numbers, and what is learned must not know those that chains begin with.
+/// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else: those that are made with the
+/// table have other random numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_learn(
     options: *const volgrad_chain_options,
@@ -257,9 +257,9 @@ pub unsafe extern "C" fn volgrad_chain_plan(
             }
             let starts = unsafe { array_mut(starts, plan.chain_count as usize) }?;
             let mut next = 0;
-            plan.starts(weights, |Start { sample, length, share, chains, brightness }| {
+            plan.starts(weights, |Start { sample, length, share, chains, brightness, others }| {
                 if let Some(start) = starts.get_mut(next as usize) {
-                    *start = volgrad_chain_start { sample, length, index: next, share, chains, reserved: 0, brightness };
+                    *start = volgrad_chain_start { sample, length, index: next, share, chains, others, brightness };
                     next += 1;
                 }
             });
@@ -312,7 +312,8 @@ pub unsafe extern "C" fn volgrad_chain_init(
         let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         let write = unsafe { output(chain) }?;
         let counted = unsafe { counted(stats) }?;
-        if !(lengths.contains(start.length) && start.brightness > 0.0 && start.share > 0.0) {
+        let ok = start.brightness > 0.0 && start.share > 0.0 && start.others >= 0.0;
+        if !(ok && lengths.contains(start.length)) {
             return Err(VOLGRAD_ERROR_RANGE.at(c"start", 0));
         }
         check_memory(memory, bytes, bytes_of(lengths.last))?;
@@ -321,8 +322,8 @@ pub unsafe extern "C" fn volgrad_chain_init(
             memory.cast::<u8>().write_bytes(0, bytes_of(lengths.last));
             slice::from_raw_parts_mut(object.add(1).cast::<f64>(), capacity(lengths.last as usize))
         };
-        let volgrad_chain_start { sample, length, share, chains, brightness, .. } = *start;
-        let from = Start { sample, length, share, chains, brightness };
+        let volgrad_chain_start { sample, length, share, chains, brightness, others, .. } = *start;
+        let from = Start { sample, length, share, chains, brightness, others };
         let techniques = unsafe { self::techniques(techniques, lengths) }?;
         let state = State::new(&options, &techniques, start.index, from, numbers);
         let state = state.ok_or(VOLGRAD_ERROR_RANGE.at(c"start", 0))?;

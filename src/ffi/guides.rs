@@ -9,6 +9,7 @@ use super::scenes::{ALIGNMENT, STAMP, check_memory, fill, scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_queries;
 use crate::film::Film;
+use crate::math::luminance;
 use crate::sampler::Stats;
 use crate::sampler::bidirectional::Bidirectional;
 use crate::scene::{GUIDE_SIDE, Guide, Lights, Scene};
@@ -104,17 +105,19 @@ pub unsafe extern "C" fn volgrad_guide_init(
         unsafe { (&raw mut (*object).stamp).write(0) };
         let place = size_of::<volgrad_scene>().next_multiple_of(ALIGNMENT);
         // SAFETY: the memory is aligned and holds the scene and the guides behind it.
-        let guides = unsafe { fill(memory.cast::<u8>().add(place), scene.lights.lights.len(), |_| Ok(Guide::ALIKE))? };
-        for (light, guide) in guides.iter_mut().enumerate() {
-            guide.learn(|i, j| {
-                let cell = film.cells.get((light * GUIDE_SIDE + j) * GUIDE_SIDE + i);
-                cell.map_or(0.0, |cell| crate::math::luminance(cell.value()))
-            });
-        }
+        let guides =
+            unsafe { fill(memory.cast::<u8>().add(place), scene.lights.lights.len(), |light| Ok(guide(&film, light)))? };
         let lights = Lights { guides, ..scene.lights };
         // SAFETY: as above.
         unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { lights, ..*scene } }) };
         write(object);
         Ok(())
     })())
+}
+
+fn guide(film: &Film, light: usize) -> Guide {
+    Guide::learned(|i, j| {
+        let cell = film.cells.get((light * GUIDE_SIDE + j) * GUIDE_SIDE + i);
+        cell.map_or(0.0, |cell| luminance(cell.value()))
+    })
 }

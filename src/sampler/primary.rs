@@ -154,7 +154,7 @@ fn stream(seed: u64, pass: u64, pixel: u32, purpose: u64) -> Pcg32 {
 
 /// A bijection of 64-bit numbers that changes half the bits for each one changed.
 /// Source: D. Stafford's variant 13 of MurmurHash3's finaliser, as in SplitMix64 (Steele et al., OOPSLA 2014).
-fn mix(mut z: u64) -> u64 {
+pub fn mix(mut z: u64) -> u64 {
     z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

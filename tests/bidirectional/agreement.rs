@@ -6,10 +6,12 @@ use crate::toy::estimate::scale;
 use crate::toy::scenes::{
     World, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces, edges_with_specular_surfaces,
 };
-use crate::{MOST, MOST_OF_PIXELS, bidirectional, options, path_tracer, worlds, z};
-use volgrad::math::Colour;
-use volgrad::sampler::bidirectional::Heuristic;
-use volgrad::scene::Light;
+use crate::{MOST, MOST_OF_PIXELS, bidirectional, options, path_tracer, pixels, worlds, z};
+use volgrad::film::{Cell, Film};
+use volgrad::math::{Colour, luminance};
+use volgrad::sampler::Stats;
+use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Options};
+use volgrad::scene::{GUIDE_SIDE, Guide, Light};
 
 const LONGEST: u32 = 4;
 
@@ -80,4 +82,49 @@ fn across_all_kinds_of_edges() {
         ("specular", specular),
         ("rough", edges_with_rough_surfaces()),
     ]);
+}
+
+/// Guides that know nothing of the world, and one that has learned where the window is.
+#[test]
+fn with_guides() {
+    agree(worlds::guided());
+    agree(vec![("behind a window", learned(&worlds::behind_a_window()))]);
+}
+
+fn learned(world: &World) -> World {
+    let film = learn(world, 64);
+    let guide = Guide::learned(|i, j| luminance(film[j * GUIDE_SIDE + i].value()));
+    world.clone().guided(vec![guide])
+}
+
+/// What the one light's subpaths carry, cell by cell.
+fn learn(world: &World, passes: u64) -> Vec<Cell> {
+    let scene = world.scene();
+    let options = Options { seed: 9, ..options(LONGEST, Heuristic::Balance) };
+    let sampler = Bidirectional { scene: &scene, queries: &world.geometry, options };
+    let (mut cells, mut dropped) = (vec![Cell::default(); GUIDE_SIDE * GUIDE_SIDE], 0);
+    let (width, height) = (GUIDE_SIDE as u32, GUIDE_SIDE as u32);
+    let mut film = Film { width, height, cells: &mut cells, dropped: &mut dropped };
+    for pass in 0..passes {
+        sampler.learn(pass, 0..pixels(world), &mut film, &mut Stats::default()).expect("the toy host never stops");
+    }
+    assert_eq!(dropped, 0);
+    cells
+}
+
+/// By where light leaves the lamp: also in a scene whose own guide chose that.
+#[test]
+fn only_what_leads_through_the_window_is_learned() {
+    let world = worlds::behind_a_window();
+    // Of directions steeper than 45°, where the window is: half of all that the lamp sends out.
+    let steep = |world: &World| {
+        let film = learn(world, 500).into_iter().map(|cell| luminance(cell.value())).enumerate();
+        let sum = |last: usize| film.clone().filter(|(cell, _)| cell % GUIDE_SIDE < last).map(|(_, value)| value).sum::<f64>();
+        sum(GUIDE_SIDE / 2) / sum(GUIDE_SIDE)
+    };
+    for (name, world) in [("alike", &world), ("guided", &learned(&world))] {
+        let share = steep(world);
+        println!("{name}: {share:.4}");
+        assert!(share > 0.98, "{name}");
+    }
 }

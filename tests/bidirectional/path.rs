@@ -5,11 +5,12 @@
 //! vertex both are without its delta factor, in the measure η² C dω, which is the same for both directions.
 
 use crate::toy::scenes::{BLACK, World};
+use crate::worlds::carried;
 use std::f64::consts::PI;
-use volgrad::math::{Colour, DVec3, mean};
+use volgrad::math::{Colour, DVec2, DVec3, mean, orthonormal_basis};
 use volgrad::medium::{Line, optical_depth};
 use volgrad::sampler::bidirectional::{Kind, Sample, Vertex};
-use volgrad::scene::{Bsdf, HIT_SURFACE, Hit, Light, Queries, Ray};
+use volgrad::scene::{Bsdf, GUIDE_SIDE, HIT_SURFACE, Hit, Light, Queries, Ray};
 
 pub struct Path<'a> {
     world: &'a World,
@@ -213,13 +214,55 @@ impl<'a> Path<'a> {
         let direction = match light {
             _ if self.is_far(last) => {
                 let disk = PI * self.world.geometry.bounds().radius.powi(2);
-                return self.cosine(i, last) / disk * self.flight(i, last);
+                return self.cosine(i, last) / disk * self.aim() * self.flight(i, last);
             }
             Light::Point { .. } => 1.0 / (4.0 * PI),
             Light::Spot { falloff, .. } => 1.0 / (2.0 * PI * (1.0 - falloff.cos_outer())),
             _ => self.normal(last).expect("an area light").dot(start).max(0.0) / PI,
         };
-        direction * self.geometry(i, last) * self.flight(i, last)
+        direction * self.aim() * self.geometry(i, last) * self.flight(i, last)
+    }
+
+    /// The numbers that choose the direction of the light's subpath: squared distance from the middle, or cosine, and turn.
+    fn light_numbers(&self) -> DVec2 {
+        let last = self.length();
+        let direction = self.to(last, last - 1);
+        let turned = |axis: DVec3, d: DVec3| {
+            let (s, t) = orthonormal_basis(axis);
+            d.dot(t).atan2(d.dot(s)).rem_euclid(2.0 * PI) / (2.0 * PI)
+        };
+        if self.is_far(last) {
+            let (axis, bounds) = (self.vertices[last].position, self.world.geometry.bounds());
+            let d = (self.vertices[last - 1].position - bounds.centre) / bounds.radius;
+            return DVec2::new(d.cross(axis).length_squared(), turned(axis, d));
+        }
+        match self.world.lights[self.light] {
+            Light::Point { .. } => DVec2::new(0.5 - 0.5 * direction.z, turned(DVec3::Z, direction)),
+            Light::Spot { axis, falloff, .. } => {
+                DVec2::new((1.0 - direction.dot(axis)) / (1.0 - falloff.cos_outer()), turned(axis, direction))
+            }
+            _ => {
+                let axis = self.normal(last).expect("an area light");
+                DVec2::new(1.0 - direction.dot(axis).powi(2), turned(axis, direction))
+            }
+        }
+    }
+
+    /// What the light's guide makes of the density of those numbers.
+    fn aim(&self) -> f64 {
+        if self.world.guides.is_empty() {
+            return 1.0;
+        }
+        let [i, j] = (self.light_numbers() * GUIDE_SIDE as f64).to_array().map(|x| (x as usize).min(GUIDE_SIDE - 1));
+        let cells = || (0..GUIDE_SIDE).flat_map(|i| (0..GUIDE_SIDE).map(move |j| (i, j)));
+        let mean = cells().map(|(i, j)| carried(self.light, i, j)).sum::<f64>() / (GUIDE_SIDE * GUIDE_SIDE) as f64;
+        0.2 + 0.8 * carried(self.light, i, j) / mean
+    }
+
+    /// Whether rounding may move the light's subpath to another cell of its guide.
+    pub fn is_between_cells(&self) -> bool {
+        let cells = self.light_numbers() * GUIDE_SIDE as f64;
+        !self.world.guides.is_empty() && (cells - cells.round()).abs().min_element() < 1e-4
     }
 
     /// The densities of all techniques, by the number of vertices from the light; 0 where one cannot make this path.

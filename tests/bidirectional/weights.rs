@@ -53,7 +53,7 @@ fn check(world: &World, heuristic: Heuristic) -> Seen {
         let error = ((found.value - expected).abs() / expected.max_element().max(f64::MIN_POSITIVE)).max_element();
         let weight_error = (found.weight / weight - 1.0).abs();
         // Where a vertex is next to another, single precision knows little of what is between them.
-        if (1..=path.length()).any(|i| path.distance(i) < 0.02) {
+        if (1..=path.length()).any(|i| path.distance(i) < 0.02) || path.is_between_cells() {
             return;
         }
         seen.value = worse(seen.value, error);
@@ -114,4 +114,10 @@ fn weights_in_each_medium() {
 #[test]
 fn weights_through_glass() {
     assert_eq!(check_all(worlds::glass()).chains, (0..=3).collect());
+}
+
+/// Whatever subpaths from lights are sent where, and with two lights of a guide each.
+#[test]
+fn weights_of_guided_subpaths() {
+    check_all(worlds::guided());
 }

@@ -6,7 +6,7 @@ use crate::toy::Shape;
 use crate::toy::scenes::{World, camera, environment_map, grid, homogeneous, rectangle};
 use volgrad::math::{Colour, DAffine3, DVec3};
 use volgrad::medium::{Custom, Density, DensityField, Medium};
-use volgrad::scene::{Bsdf, Camera, Conductor, Falloff, Ggx, Light, Reflector, RoughConductor, RoughDielectric};
+use volgrad::scene::{Bsdf, Camera, Conductor, Falloff, Ggx, Guide, Light, Reflector, RoughConductor, RoughDielectric};
 
 const METAL: Conductor = Conductor { eta: Colour::splat(0.2), k: Colour::new(3.9, 2.4, 2.2), reflectance: Colour::splat(0.9) };
 
@@ -70,6 +70,34 @@ pub fn lights() -> Vec<(&'static str, World)> {
                 .light(Light::Point { position, intensity }, 2.0),
         ),
     ]
+}
+
+/// What the guides in [`guided`] have learned, in patches of 16 x 16 cells; the scene knows nothing of it.
+pub fn carried(light: usize, i: usize, j: usize) -> f64 {
+    [0.0, 1.0, 3.0, 0.5][(i / 16 + 3 * (j / 16) + light) % 4]
+}
+
+/// The same with a guide for each light.
+pub fn guided() -> Vec<(&'static str, World)> {
+    let guide = |light| Guide::learned(move |i, j| carried(light, i, j));
+    lights()
+        .into_iter()
+        .map(|(name, world)| {
+            let guides = (0..world.lights.len()).map(guide).collect();
+            (name, world.guided(guides))
+        })
+        .collect()
+}
+
+/// A lamp above a ceiling with a window in it.
+pub fn behind_a_window() -> World {
+    let black = diffuse(0.0);
+    room(pinhole(), fog())
+        .area_light([-0.3, 2.6, -0.3], [0.6, 0.0, 0.0], [0.0, 0.0, 0.6], 30.0, 1.0)
+        .surface(rectangle([-4.0, 1.6, -4.0], [4.2, 0.0, 0.0], [0.0, 0.0, 8.0]), black)
+        .surface(rectangle([0.9, 1.6, -4.0], [3.0, 0.0, 0.0], [0.0, 0.0, 8.0]), black)
+        .surface(rectangle([0.2, 1.6, -4.0], [0.7, 0.0, 0.0], [0.0, 0.0, 3.6]), black)
+        .surface(rectangle([0.2, 1.6, 0.3], [0.7, 0.0, 0.0], [0.0, 0.0, 4.0]), black)
 }
 
 pub fn cameras() -> Vec<(&'static str, World)> {

@@ -155,6 +155,59 @@ static void test_refusals(void) {
     CHECK_STATUS(volgrad_bidirectional_options_default(NULL, sizeof o), VOLGRAD_ERROR_NULL);
 }
 
+/* Adds one technique's film to `film`. */
+static void add_technique(uint32_t lights, uint32_t cameras, uint32_t weighted, volgrad_film *film) {
+    volgrad_film *alone = clear(1);
+    CHECK_STATUS(volgrad_bidirectional_run_technique(scene, &host.queries, &options, lights, cameras, weighted, 3, 0, PIXELS, alone, NULL),
+                 VOLGRAD_OK);
+    CHECK_STATUS(volgrad_film_merge(film, alone), VOLGRAD_OK);
+}
+
+/* All techniques together are the whole, but for the rounding of splats; one without its weight is more than with it. */
+static void test_techniques(void) {
+    static float sum[FLOATS], with[FLOATS];
+    make_scene();
+    options.max_length = 4;
+    CHECK_STATUS(run(3, 0, PIXELS, clear(0), NULL), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_film_develop((volgrad_film *)(void *)block[0], 1, rgb, FLOATS), VOLGRAD_OK);
+    volgrad_film *film = clear(0);
+    for (uint32_t edges = 2; edges <= 4; edges++)
+        for (uint32_t lights = 0; lights <= edges; lights++) add_technique(lights, edges + 1 - lights, 1, film);
+    CHECK_STATUS(volgrad_film_develop(film, 1, sum, FLOATS), VOLGRAD_OK);
+    for (int i = 0; i < FLOATS; i++) CHECK_NEAR(sum[i], rgb[i], 1e-6 * rgb[i]);
+
+    for (uint32_t lights = 1; lights <= 2; lights++) {
+        add_technique(lights, 3 - lights, 1, film = clear(0));
+        CHECK_STATUS(volgrad_film_develop(film, 1, with, FLOATS), VOLGRAD_OK);
+        add_technique(lights, 3 - lights, 0, film = clear(0));
+        CHECK_STATUS(volgrad_film_develop(film, 1, rgb, FLOATS), VOLGRAD_OK);
+        double more = 0, all = 0;
+        for (int i = 0; i < FLOATS; i++) {
+            CHECK(rgb[i] >= with[i]);
+            more += rgb[i] - with[i];
+            all += rgb[i];
+        }
+        CHECK(more > 0.1 * all);
+    }
+}
+
+static void test_technique_refusals(void) {
+    make_scene();
+    volgrad_film *film = clear(0);
+    memcpy(block[1], block[0], BYTES);
+    volgrad_path_sampler_stats stats = no_stats();
+#define ONE(scene, lights, cameras, weighted) \
+    volgrad_bidirectional_run_technique(scene, &host.queries, &options, lights, cameras, weighted, 0, 0, 10, film, &stats)
+    const uint32_t bad[][2] = {{0, 2}, {1, 1}, {2, 0}, {3, 0}, {0, LONGEST + 2}, {LONGEST, 2}, {UINT32_MAX, 4}, {4, UINT32_MAX}};
+    for (int i = 0; i < 8; i++) CHECK_STATUS(ONE(scene, bad[i][0], bad[i][1], 1), VOLGRAD_ERROR_RANGE);
+    CHECK_STATUS(ONE(scene, 1, 2, 2), VOLGRAD_ERROR_RANGE);
+    CHECK_STATUS(ONE(NULL, 1, 2, 1), VOLGRAD_ERROR_NULL);
+    CHECK(stats.paths == 0 && memcmp(block[0], block[1], BYTES) == 0);
+    const uint32_t good[][2] = {{0, 3}, {2, 1}, {0, LONGEST + 1}, {LONGEST, 1}};
+    for (int i = 0; i < 4; i++) CHECK_STATUS(ONE(scene, good[i][0], good[i][1], 0), VOLGRAD_OK);
+    CHECK(stats.paths == 40);
+}
+
 /* Stops the run at a call, and lets it go on: the whole samples before are in film and stats, and nothing else. */
 static void check_stop(enum answer answer, uint32_t good) {
     volgrad_path_sampler_stats stats = no_stats();
@@ -183,6 +236,8 @@ int main(void) {
     test_mean();
     test_ranges();
     test_refusals();
+    test_techniques();
+    test_technique_refusals();
     test_callbacks();
     free(scene_memory);
     return check_end();

@@ -74,6 +74,8 @@ expect 2 "--shift-count means nothing without a --shift" "$scene" -o "$work/a.ex
 expect 2 "--integrator pt: expected" "$scene" -o "$work/a.exr" --integrator pt
 expect 2 "--heuristic best: expected" "$scene" -o "$work/a.exr" --integrator bdpt --heuristic best
 expect 2 "--heuristic means nothing without --integrator bdpt" "$scene" -o "$work/a.exr" --heuristic power
+expect 2 "--guide few: expected" "$scene" -o "$work/a.exr" --integrator bdpt --guide few
+expect 2 "--guide means nothing without --integrator bdpt or mmlt" "$scene" -o "$work/a.exr" --guide 2
 expect 2 "--shift does not go with --integrator bdpt" "$scene" -o "$work/a.exr" --integrator bdpt --shift exact
 expect 2 "2 or more edges, but max_depth is 1" "$scene" -o "$work/a.exr" --integrator bdpt --max-depth 1
 wrong_chains() { # OPTION VALUE
@@ -148,9 +150,84 @@ check "bdpt: two threads" bdpt bdpt-2 --threads 2
 check "bdpt: threads do not change a pixel" same "$work/bdpt-1.exr" "$work/bdpt-2.exr"
 check "bdpt: header" header "$work/bdpt-1.exr" \
     "(h['integrator'], h['heuristic'], h['samplesPerPixel'], 'chains' in h) == ('bdpt', 'balance', 2, False)"
+check "bdpt: header: guides" header "$work/bdpt-1.exr" "h['guideSamples'] == 4 * 128 * 128"
+check "bdpt: --guide 4" bdpt bdpt-guide --guide 4
+check "bdpt: --guide 4 is what is done without" same "$work/bdpt-1.exr" "$work/bdpt-guide.exr"
+for passes in 0 1; do
+    check "bdpt: --guide $passes" bdpt bdpt-guide --guide $passes
+    check "bdpt: --guide $passes: header" header "$work/bdpt-guide.exr" "h['guideSamples'] == $passes * 128 * 128"
+    check "bdpt: --guide $passes makes another image" different "$work/bdpt-1.exr" "$work/bdpt-guide.exr"
+done
+check "bdpt: --guide in a tenth of the time" image bdpt-timed --integrator bdpt --guide 100000 --time 2
+check "bdpt: --guide in a tenth of the time: header" header "$work/bdpt-timed.exr" \
+    "h['guideSamples'] < 1e6 and h['renderTimeSeconds'] < 6 and h['samplesPerPixel'] >= 1"
+lamp='<shape type="rectangle"><transform name="to_world"><scale value="0.01"/></transform><emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>'
+{ sed '/<\/scene>/d' "$scene"; for i in 1 2 3 4; do echo "$lamp$lamp$lamp$lamp"; done; echo "</scene>"; } >"$work/lamps.xml"
+"$render" "$work/lamps.xml" -o "$work/lamps.exr" --integrator bdpt --spp 1 --crop 0,0,16,16 --quiet 2>"$work/messages"
+check "bdpt: 17 lights: no message" test ! -s "$work/messages"
+check "bdpt: no guides for 17 lights" header "$work/lamps.exr" "h['guideSamples'] == 0"
 check "bdpt: power heuristic" bdpt bdpt-power --heuristic power
 check "bdpt: it makes another image" different "$work/bdpt-1.exr" "$work/bdpt-power.exr"
 check "bdpt: its depth is that of the path sampler" bdpt bdpt-shallow --max-depth 2
+
+techniques() { # NAME SCENE ARGUMENTS...: the image and, in a folder of its name, those of its techniques
+    name=$1
+    from=$2
+    shift 2
+    "$render" "$from" -o "$work/$name.exr" --integrator bdpt --debug-techniques "$work/$name" --quiet "$@"
+}
+sum() { # IMAGE MORE FOLDER: the weighted techniques in the folder and MORE, what is seen directly, are the IMAGE, up to single precision
+    "$python" - "$root/tests/validate" "$@" <<'END'
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from images import read
+image, more, parts = read(sys.argv[2]), read(sys.argv[3]), sorted(Path(sys.argv[4]).glob("*_weighted.exr"))
+error = abs(sum(map(read, parts)) + more - image).max() / image.max()
+print(len(parts), error)
+sys.exit(not (len(parts) == 12 and error < 1e-6))
+END
+}
+check "bdpt: techniques" techniques parts "$scene" --spp 2 --max-depth 4 --crop 40,10,72,30
+check "bdpt: what is seen directly" image direct --spp 2 --max-depth 1 --crop 40,10,72,30
+check "bdpt: techniques sum to the image" sum "$work/parts.exr" "$work/direct.exr" "$work/parts"
+check "bdpt: techniques: header" header "$work/parts/s1_t3_weighted.exr" \
+    "(h['lightVertices'], h['cameraVertices'], h['weighted'], h['samplesPerPixel']) == (1, 3, 1, 2)"
+check "bdpt: techniques do not change the image" bdpt parts-none --max-depth 4 --crop 40,10,72,30
+check "bdpt: techniques do not change the image: the same" same "$work/parts.exr" "$work/parts-none.exr"
+cat >"$work/lamp.xml" <<'END'
+<scene version="3.0.0">
+    <integrator type="volpath"><integer name="max_depth" value="2"/></integrator>
+    <sensor type="perspective">
+        <float name="fov" value="40"/>
+        <transform name="to_world"><lookat origin="0, 1, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="32"/><rfilter type="box"/></film>
+    </sensor>
+    <shape type="rectangle">
+        <transform name="to_world"><rotate x="1" angle="-90"/></transform>
+        <bsdf type="diffuse"><rgb name="reflectance" value="0.5, 0.5, 0.5"/></bsdf>
+    </shape>
+    <shape type="rectangle">
+        <transform name="to_world"><rotate x="1" angle="90"/><translate y="2"/></transform>
+        <bsdf type="diffuse"><rgb name="reflectance" value="0, 0, 0"/></bsdf>
+        <emitter type="area"><rgb name="radiance" value="5, 5, 5"/></emitter>
+    </shape>
+</scene>
+END
+alike() { # FOLDER: what makes paths of two edges shows as many of them
+    "$python" - "$root/tests/validate" "$1" <<'END'
+import sys
+sys.path.insert(0, sys.argv[1])
+from images import read
+means = [read(f"{sys.argv[2]}/s{s}_t{3 - s}.exr").mean() for s in range(3)]
+print(means)
+sys.exit(not (0.05 < min(means) and max(means) < 1.03 * min(means)))  # noise: 0.6 %
+END
+}
+check "bdpt: a floor below a lamp" techniques lamp "$work/lamp.xml" --spp 200
+check "bdpt: techniques without weights see the same light" alike "$work/lamp"
+expect 2 "--debug-techniques means nothing without --integrator bdpt" "$scene" -o "$work/a.exr" --debug-techniques "$work/none"
+expect 1 "cannot make folder" "$scene" -o "$work/a.exr" --integrator bdpt --debug-techniques "$work/none/none"
 
 mmlt() { # NAME ARGUMENTS...
     name=$1
@@ -166,7 +243,7 @@ check "mmlt: header: chains" header "$work/mmlt-1.exr" \
     "50 <= h['chains'] < 50 + 31 and 3 <= h['mutationsPerPixel'] < 3.1 and abs(h['chains'] * h['mutationsPerChain'] / 128 ** 2 - h['mutationsPerPixel']) < 1e-5"
 check "mmlt: header: brightness" header "$work/mmlt-1.exr" \
     "0.1 < h['brightness'] < 1 and 0 < h['brightnessRelativeError'] < 1 and h['bootstrapSamples'] == 9000"
-for option in "chains 49" "bootstrap 9001" "large-step 0.5" "burn-in 21" "chain-lengths 2-16" "spp 2" "seed 1" "shift exact"; do
+for option in "chains 49" "bootstrap 9001" "large-step 0.5" "burn-in 21" "chain-lengths 2-16" "guide 0" "spp 2" "seed 1" "shift exact"; do
     check "mmlt: --$option" mmlt mmlt-other --chains 50 --$option
     check "mmlt: --$option makes another image" different "$work/mmlt-1.exr" "$work/mmlt-other.exr"
 done
@@ -182,6 +259,7 @@ check "mmlt: --time: header" header "$work/mmlt-timed.exr" "0.9 < h['renderTimeS
 check "mmlt: tells the brightness" grep -q "^brightness 0.[0-9]*, known to [0-9.]* %, from [0-9]* samples" "$work/messages"
 check "mmlt: plain progress" grep -qx "100%" "$work/messages"
 check "mmlt: stats" grep -q "^mutations  *[1-9]" "$work/stats"
+check "mmlt: stats of guides" grep -q "^guide samples  *65536 in [0-9.]* s" "$work/stats"
 # Interrupted or not, rounds or none: the same image.
 check "mmlt: many rounds" image rounds --integrator mmlt --mutations 40 --chains 8 --bootstrap 9000
 "$render" "$scene" -o "$work/one-round.exr" --integrator mmlt --mutations 40 --chains 8 --bootstrap 9000 --threads 7 --quiet
@@ -222,7 +300,8 @@ check "Ctrl-C: the image is that of those passes" same "$work/stopped.exr" "$wor
 mean() { # FILE LOW HIGH
     "$python" -c "import sys; sys.path.insert(0, '$root/tests/validate'); from images import read; m = read(sys.argv[1]).mean(); print(m); sys.exit(not float(sys.argv[2]) < m < float(sys.argv[3]))" "$@"
 }
-for arguments in "bdpt" "mmlt" "mmlt --bootstrap 9000"; do # in passes, in the bootstrap, in rounds
+# In passes, in learning guides, in the bootstrap, in rounds.
+for arguments in "bdpt" "bdpt --guide 100000" "mmlt" "mmlt --bootstrap 9000"; do
     interrupt stopped-other --integrator $arguments
     check "$arguments: Ctrl-C: exit status 130, not $status" test "$status" -eq 130
     check "$arguments: Ctrl-C: as bright as the whole image" mean "$work/stopped-other.exr" 0.3 0.5

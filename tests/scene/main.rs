@@ -5,6 +5,7 @@ mod bsdf;
 mod camera;
 mod emission;
 mod environment_map;
+mod guide;
 mod inverse;
 mod light;
 mod rough;

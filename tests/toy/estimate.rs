@@ -137,8 +137,16 @@ impl Estimate {
     }
 
     fn minus(&self, other: &Self) -> Self {
-        let batches = self.batches.iter().zip(&other.batches);
-        let difference = |(a, b): (&Vec<Colour>, &Vec<Colour>)| a.iter().zip(b).map(|(a, b)| *a - *b).collect();
-        Self { batches: batches.map(difference).collect(), ..self.clone() }
+        self.with(other, |a, b| a - b)
+    }
+
+    /// The sums of both, batch by batch.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { dropped: self.dropped + other.dropped, ..self.with(other, |a, b| a + b) }
+    }
+
+    fn with(&self, other: &Self, join: fn(Colour, Colour) -> Colour) -> Self {
+        let join = |(a, b): (&Vec<Colour>, &Vec<Colour>)| a.iter().zip(b).map(|(a, b)| join(*a, *b)).collect();
+        Self { batches: self.batches.iter().zip(&other.batches).map(join).collect(), ..self.clone() }
     }
 }

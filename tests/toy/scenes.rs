@@ -5,7 +5,8 @@ use volgrad::math::{Colour, DAffine3, DMat3, DVec3, Rgb};
 use volgrad::medium::{Density, Grid, Medium, NONE};
 use volgrad::phase::Phase;
 use volgrad::scene::{
-    Bsdf, Camera, Conductor, EnvironmentMap, Ggx, Light, Lights, Reflector, RoughConductor, Scene, running_sums, sums_length,
+    Bsdf, Camera, Conductor, EnvironmentMap, Ggx, Guide, Light, Lights, Reflector, RoughConductor, Scene, running_sums,
+    sums_length,
 };
 
 /// Owns what a `Scene` borrows.
@@ -20,6 +21,8 @@ pub struct World {
     cdf: Vec<f64>,
     /// The medium in front of each light; no light here lies in another one than where its first point is.
     light_media: Vec<u32>,
+    /// Of each light's subpaths, or none.
+    pub guides: Vec<Guide>,
     pub geometry: Geometry,
 }
 
@@ -35,6 +38,7 @@ impl World {
             picks: vec![],
             cdf: vec![],
             light_media: vec![],
+            guides: vec![],
             geometry: Geometry::default(),
         }
     }
@@ -108,10 +112,15 @@ impl World {
         self
     }
 
+    pub fn guided(self, guides: Vec<Guide>) -> Self {
+        Self { guides, ..self }
+    }
+
     pub fn scene(&self) -> Scene<'_> {
         let environment = self.lights.iter().position(Light::is_environment);
         let environment = environment.map(|i| i as u32);
-        let lights = Lights { lights: &self.lights, cdf: &self.cdf, media: &self.light_media, guides: &[], environment };
+        let lights =
+            Lights { lights: &self.lights, cdf: &self.cdf, media: &self.light_media, guides: &self.guides, environment };
         let bounds = self.geometry.bounds();
         Scene { camera: self.camera, media: &self.media, materials: &self.materials, lights, bounds }
     }

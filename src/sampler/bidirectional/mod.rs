@@ -10,7 +10,7 @@ mod vertex;
 pub use connect::{Connection, Connector};
 pub use mis::Heuristic;
 pub use shiftable::Joined;
-pub use subpath::{Limits, MAX_LENGTH, Subpath, from_camera, from_light};
+pub use subpath::{Limits, MAX_LENGTH, Subpath, collision_share, from_camera, from_light};
 pub use vertex::{Edge, Kind, Vertex};
 
 use super::path_tracer::Stats;
@@ -28,6 +28,26 @@ pub struct Options {
     pub rr_depth: u32,
     pub seed: u64,
     pub heuristic: Heuristic,
+}
+
+/// What there is to see of one technique alone, with `light` vertices from a light and `camera` from the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct Technique {
+    pub light: usize,
+    pub camera: usize,
+    /// With its weight, so that all techniques sum to the image; without, each one that can make all paths of a length shows all of them.
+    pub weighted: bool,
+}
+
+impl Technique {
+    fn share(&self, sample: &Sample) -> Colour {
+        let Connection { value, weight, .. } = sample.connection;
+        match (sample.light.len(), sample.camera.len()) == (self.light, self.camera) {
+            true if self.weighted => value * weight,
+            true => value,
+            false => Colour::ZERO,
+        }
+    }
 }
 
 /// What one technique (s, t) made: s vertices from a light, t from the camera.
@@ -49,6 +69,30 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     /// One subpath through each of `pixels` of the camera's crop, numbered row by row, one from a light for each, and all their
     /// connections.
     pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        self.splat_pixels(pass, pixels, film, stats, |sample| sample.connection.value * sample.connection.weight)
+    }
+
+    /// The same samples, of which only what one technique makes is kept.
+    pub fn sample_technique(
+        &self,
+        technique: Technique,
+        pass: u64,
+        pixels: Range<u32>,
+        film: &mut Film,
+        stats: &mut Stats,
+    ) -> Result<(), Stop> {
+        self.splat_pixels(pass, pixels, film, stats, |sample| technique.share(sample))
+    }
+
+    /// Adds `share` of everything that the pixels' samples make.
+    fn splat_pixels(
+        &self,
+        pass: u64,
+        pixels: Range<u32>,
+        film: &mut Film,
+        stats: &mut Stats,
+        share: impl Fn(&Sample) -> Colour,
+    ) -> Result<(), Stop> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
         // All of a sample or nothing: a callback can stop it, but only before its first splat.
         let mut seen_elsewhere = [(DVec2::ZERO, Colour::ZERO); MAX_LENGTH];
@@ -56,11 +100,10 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
             let (mut sum, mut count) = (Colour::ZERO, 0);
             let place = self.place(pass, pixel);
             self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
-                let Connection { pixel, value, weight, .. } = sample.connection;
                 if sample.camera.len() > 1 {
-                    sum += value * weight;
+                    sum += share(sample);
                 } else if let Some(splat) = seen_elsewhere.get_mut(count) {
-                    *splat = (pixel, value * weight);
+                    *splat = (sample.connection.pixel, share(sample));
                     count += 1;
                 }
             })?;
@@ -72,7 +115,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     }
 
     /// What the subpaths from each light carry, by the numbers that choose their direction: a film of [`GUIDE_SIDE`] pixels' width, with as
-    /// many rows for each light. From it [`Guide::learn`] knows where to send them.
+    /// many rows for each light. From it [`Guide::learned`] knows where to send them.
     pub fn learn(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
         for pixel in pixels {
@@ -84,8 +127,8 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
             })?;
             let first = RandomNumbers::for_light(self.options.seed, pass, pixel).vertex(0);
             if let Some((index, _, _)) = self.scene.lights.pick(number(&first, Slot::Light)) {
-                let u = pair(&first, Slot::DirectionU, Slot::DirectionV) + DVec2::new(0.0, index.into());
-                film.add(u * GUIDE_SIDE as f64, sum);
+                let (u, _) = self.scene.lights.guide(index, pair(&first, Slot::DirectionU, Slot::DirectionV));
+                film.add((u + DVec2::new(0.0, index.into())) * GUIDE_SIDE as f64, sum);
             }
         }
         Ok(())

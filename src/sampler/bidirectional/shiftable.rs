@@ -17,16 +17,18 @@ pub struct Joined<'p, 'a> {
 }
 
 impl<'a> Joined<'_, 'a> {
-    fn last(&self) -> usize {
+    /// Number of the vertex on the light.
+    pub fn last(&self) -> usize {
         self.camera.len() + self.light.len() - 1
     }
 
-    fn vertex(&self, i: usize) -> &Vertex<'a> {
+    /// x_i.
+    pub fn vertex(&self, i: usize) -> &Vertex<'a> {
         if i < self.camera.len() { &self.camera[i] } else { &self.light[self.last() - i] }
     }
 
     /// The edge from x_i to x_{i+1}, as it arrives there.
-    fn edge(&self, i: usize) -> Edge {
+    pub fn edge(&self, i: usize) -> Edge {
         if i + 1 < self.camera.len() {
             self.camera[i + 1].edge
         } else if i >= self.camera.len() {
@@ -37,7 +39,7 @@ impl<'a> Joined<'_, 'a> {
     }
 
     /// Unit vectors from x_i to the vertices before and after it.
-    fn directions(&self, i: usize) -> (DVec3, DVec3) {
+    pub fn directions(&self, i: usize) -> (DVec3, DVec3) {
         (self.edge(i - 1).back, -self.edge(i).back)
     }
 

@@ -1,7 +1,8 @@
 //! What chains begin with: independent samples, whose mean is the brightness b of each path length, and among which starts are chosen.
 //!
 //! A start is chosen in proportion to its value, and b is the mean of the same values: so the expected image is right from the first
-//! mutation on. [V97 11.3.1]
+//! mutation on [V97 11.3.1]. The balance heuristic needs b too, and there a start's own value must not be part of it: it would count for less
+//! the brighter it is, and images with n samples per length would be darker by up to the probability of a large step over n.
 
 use super::numbers::{Technique, capacity};
 use super::path::{Scratch, make, target};
@@ -15,14 +16,14 @@ use crate::scene::{Queries, Scene, Stop};
 /// Numbers of any path.
 pub type Numbers = [f64; capacity(MAX_LENGTH)];
 
-/// The path length and the technique of sample `index`, and where its numbers come from.
+/// The path length and the technique of sample `index`, and where its numbers come from. `seed` is that of the techniques.
 fn sample(seed: u64, techniques: &Techniques, index: u64) -> (usize, Technique, impl FnMut() -> f64 + use<>) {
     let mut random = bootstrap_numbers(seed, index);
     let (length, technique) = techniques.pick(random(), random());
     (length, technique, random)
 }
 
-/// The path length, the technique and the numbers of sample `index`.
+/// The path length, the technique and the numbers of sample `index`. `seed` is that of the techniques.
 pub fn numbers(seed: u64, techniques: &Techniques, index: u64, numbers: &mut Numbers) -> (usize, Technique) {
     let (length, technique, mut random) = sample(seed, techniques, index);
     numbers.iter_mut().take(technique.numbers()).for_each(|number| *number = random());
@@ -40,6 +41,7 @@ pub fn run<Q: Queries>(
     stats: &mut Stats,
 ) -> Result<(), Stop> {
     let (mut room, mut numbers) = (Scratch::default(), [0.0; capacity(MAX_LENGTH)]);
+    let seed = techniques.seed(seed);
     for (index, weight) in (first..).zip(weights) {
         let (length, technique) = self::numbers(seed, techniques, index, &mut numbers);
         let path = make(scene, queries, technique, &numbers[..technique.numbers()], &mut room, stats)?;
@@ -49,10 +51,10 @@ pub fn run<Q: Queries>(
     Ok(())
 }
 
-/// How often to try each technique, as samples that tried all alike tell. Their seed is not that of the samples to come, which would share
-/// their numbers.
+/// How often to try each technique, as samples that tried all alike tell.
 pub fn learn(seed: u64, lengths: Lengths, weights: &[f32]) -> Techniques {
     let alike = Techniques::alike(lengths);
+    let seed = alike.seed(seed);
     let mut squares = [[0.0; MAX_LENGTH + 1]; MAX_LENGTH + 1];
     for (index, weight) in (0..).zip(weights) {
         let (length, technique, _) = sample(seed, &alike, index);
@@ -81,6 +83,8 @@ impl Brightness {
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     seed: u64,
+    /// That of the techniques.
+    sample_seed: u64,
     techniques: Techniques,
     samples: u64,
     by_length: [Brightness; MAX_LENGTH + 1],
@@ -99,8 +103,9 @@ pub struct Start {
     pub share: f64,
     /// Chains of all lengths.
     pub chains: u32,
-    /// b of this length.
+    /// b of this length, and as the other samples alone tell it.
     pub brightness: f64,
+    pub others: f32,
 }
 
 impl Plan {
@@ -108,6 +113,7 @@ impl Plan {
     pub fn new(seed: u64, techniques: &Techniques, weights: &[f32], chain_count: u32) -> Self {
         let mut plan = Self {
             seed,
+            sample_seed: techniques.seed(seed),
             techniques: *techniques,
             samples: weights.len() as u64,
             by_length: [Brightness::default(); MAX_LENGTH + 1],
@@ -115,7 +121,7 @@ impl Plan {
             chain_count: 0,
         };
         for (index, weight) in (0..).zip(weights) {
-            plan.by_length[sample(seed, techniques, index).0].add(f64::from(*weight));
+            plan.by_length[sample(plan.sample_seed, techniques, index).0].add(f64::from(*weight));
         }
         plan.share_out(chain_count);
         plan
@@ -153,7 +159,7 @@ impl Plan {
         let mut begun = [0; MAX_LENGTH + 1];
         let mut last = [Start::default(); MAX_LENGTH + 1];
         for (index, weight) in (0..).zip(weights) {
-            let (length, _, _) = sample(self.seed, &self.techniques, index);
+            let (length, _, _) = sample(self.sample_seed, &self.techniques, index);
             let (chains, sum) = (self.chains[length], self.by_length[length].sum);
             if !(*weight > 0.0) {
                 continue;
@@ -164,6 +170,7 @@ impl Plan {
                 share: f64::from(self.chain_count) / f64::from(chains),
                 chains: self.chain_count,
                 brightness: sum / self.samples as f64,
+                others: ((sum - f64::from(*weight)).max(0.0) / (self.samples as f64 - 1.0).max(1.0)) as f32,
             };
             last[length] = start;
             passed[length] += f64::from(chains) * f64::from(*weight) / sum;

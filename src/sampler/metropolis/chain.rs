@@ -41,6 +41,8 @@ pub struct State {
     random: ChainNumbers,
     /// Size of the largest small steps.
     step: f64,
+    /// Which of `shift_every` mutations counts, in parts of all: by chance, so that any number of mutations counts right in the mean.
+    phase: f64,
     /// How much of the current path is still to be splatted, and the mutation that made it.
     pending: f64,
     born: u64,
@@ -85,6 +87,8 @@ struct Sample {
     pixel: DVec2,
     /// w·f/p over the density of this path among a chain's samples: what it is worth each time that it comes.
     value: Colour,
+    /// What it is worth as a large step's sample, over that.
+    large: f64,
     /// The mutation that made it, and what can move of it.
     born: u64,
     shiftable: Option<Shiftable>,
@@ -93,7 +97,7 @@ struct Sample {
 
 impl Default for Sample {
     fn default() -> Self {
-        Self { target: 0.0, pixel: DVec2::ZERO, value: Colour::ZERO, born: 0, shiftable: None, moves: false }
+        Self { target: 0.0, pixel: DVec2::ZERO, value: Colour::ZERO, large: 0.0, born: 0, shiftable: None, moves: false }
     }
 }
 
@@ -122,10 +126,11 @@ impl State {
     /// Chain number `index`. `numbers` has room for [`capacity`] of its length. None: the start is not one of these samples.
     pub fn new(options: &Options, techniques: &Techniques, index: u32, start: Start, numbers: &mut [f64]) -> Option<Self> {
         let mut all: Numbers = [0.0; capacity(MAX_LENGTH)];
-        let (length, technique) = bootstrap::numbers(options.seed, techniques, start.sample, &mut all);
+        let (length, technique) = bootstrap::numbers(techniques.seed(options.seed), techniques, start.sample, &mut all);
         let shares = *techniques.shares(start.length as usize);
         numbers.iter_mut().zip(all).for_each(|(to, from)| *to = from);
-        let random = ChainNumbers::new(options.seed, index);
+        let mut random = ChainNumbers::new(options.seed, index);
+        let phase = random.next();
         (length == start.length as usize).then_some(Self {
             index,
             start,
@@ -134,6 +139,7 @@ impl State {
             technique,
             random,
             step: FIRST_STEP,
+            phase,
             pending: 0.0,
             born: 0,
         })
@@ -146,6 +152,7 @@ struct Decision {
     acceptance: f64,
     accepted: bool,
     dark: bool,
+    dropped: bool,
     technique: Technique,
     random: ChainNumbers,
 }
@@ -185,21 +192,21 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     ) -> Result<(), Stop> {
         let mut room = self.begin(state, numbers, stats)?;
         let every = u64::from(self.options.shift_every);
+        let phase = (state.phase * every as f64) as u64;
         for _ in 0..count {
             // Only what moves costs a batch: whether a path does depends on the path alone.
-            let of_batches = if state.mutations.is_multiple_of(every) { every as f64 } else { 0.0 };
+            let of_batches = if state.mutations % every == phase { every as f64 } else { 0.0 };
             let worth = |sample: &Sample| if sample.moves { of_batches } else { 1.0 };
             let decision = self.decide(state, numbers, &mut room, stats)?;
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
             // the first splat: nothing has changed then.
             let stay = state.pending + worth(&room.current) * (1.0 - decision.acceptance);
-            let come = worth(&room.proposal) * (decision.acceptance + if decision.large { 1.0 } else { 0.0 });
+            let come = worth(&room.proposal) * (decision.acceptance + if decision.large { room.proposal.large } else { 0.0 });
             let (left, due) = if decision.accepted { (&room.current, stay) } else { (&room.proposal, come) };
             self.splat(state, left, due, &mut room.batch, film, stats)?;
             state.pending = if decision.accepted { come } else { stay };
             state.mutations += 1;
             chain_stats.count(&decision);
-            chain_stats.dropped += u64::from(room.proposal.target.is_nan());
             self.make(decision, state, numbers, &mut room);
         }
         Ok(())
@@ -232,17 +239,19 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     ) -> Result<(), Stop> {
         (sample.target, sample.moves) = (0.0, false);
         let Some(path) = make(self.scene, self.queries, technique, numbers, paths, stats)? else { return Ok(()) };
-        let Start { share, brightness, .. } = state.start;
+        let Start { share, brightness, others, .. } = state.start;
         let probability = state.shares.of_technique(technique);
         let target = target(&path) / probability;
         if !target.is_finite() {
             sample.target = f64::NAN;
             return Ok(());
         }
-        // Samples of the chain have the density target/b, those of large steps, among all mutations, the probability of one.
-        let density = target / brightness + self.options.large_step;
-        let value = path.value * (path.weight * share / (probability * density));
+        // Samples of the chain have the density target/b, those of large steps, among all mutations, the probability of one. Their weights
+        // sum to 1 in the mean over bootstraps.
+        let density = |b: f64| target / brightness + self.options.large_step * b / brightness;
+        let value = path.value * (path.weight * share / (probability * density(others.into())));
         (sample.target, sample.pixel, sample.value) = (target, path.pixel, value);
+        sample.large = density(others.into()) / density(brightness);
         if let Some(options) = &self.options.shift {
             let connection = Connection { value, weight: 1.0, ..path };
             let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
@@ -269,7 +278,8 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let (target, current) = (room.proposal.target, room.current.target);
         let acceptance = if target > 0.0 && current > 0.0 { (target / current).min(1.0) } else { f64::from(target > 0.0) };
         let accepted = random.next() < acceptance;
-        Ok(Decision { large, acceptance, accepted, dark: !(target > 0.0), technique, random })
+        let (dark, dropped) = (target == 0.0, target.is_nan());
+        Ok(Decision { large, acceptance, accepted, dark, dropped, technique, random })
     }
 
     fn make(&self, decision: Decision, state: &mut State, numbers: &mut [f64], room: &mut Room<'a>) {
@@ -336,5 +346,6 @@ impl ChainStats {
         *all += 1;
         *accepted += u64::from(decision.accepted);
         self.dark += u64::from(decision.dark);
+        self.dropped += u64::from(decision.dropped);
     }
 }

@@ -2,11 +2,14 @@
 
 mod bootstrap;
 mod chain;
+mod inverse;
 mod numbers;
 mod path;
 mod techniques;
 
-pub use bootstrap::{Plan, Start, learn, run as bootstrap};
+pub use bootstrap::{Numbers, Plan, Start, learn, run as bootstrap};
 pub use chain::{ChainStats, Metropolis, Options, State};
-pub use numbers::capacity;
+pub use inverse::invert;
+pub use numbers::{Technique, capacity};
+pub use path::{Scratch, make};
 pub use techniques::Techniques;

@@ -5,6 +5,7 @@ use super::numbers::Technique;
 use crate::math::sqrt;
 use crate::sampler::bidirectional::MAX_LENGTH;
 use crate::sampler::path_tracer::Lengths;
+use crate::sampler::primary::mix;
 
 /// Running sums of probabilities, the last 1. Entry i is for length i, or for the technique with i + 1 camera vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +85,13 @@ impl Techniques {
         });
         let lengths = Shares::new(|length| if known(&length) { mixed(of(length), total, count) } else { 0.0 });
         Self { lengths, of_length }
+    }
+
+    /// The seed of the samples that are made with these shares. Those that a table was learned from are of another one, and independent:
+    /// if they came again, the brightest would be tried most and counted least.
+    pub fn seed(&self, seed: u64) -> u64 {
+        let rows = core::iter::once(&self.lengths).chain(&self.of_length);
+        rows.flat_map(|shares| shares.0).fold(seed, |seed, share| mix(seed ^ u64::from(share.to_bits())))
     }
 
     /// The shares of a length's techniques.

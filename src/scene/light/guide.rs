@@ -24,20 +24,19 @@ fn cell(x: f64) -> usize {
 }
 
 impl Guide {
-    /// No part more often than others.
-    pub const ALIKE: Self = Self { rows: [0.0; GUIDE_SIDE], columns: [[0.0; GUIDE_SIDE]; GUIDE_SIDE] };
-
-    /// In proportion to what the cell in column i of row j carried.
-    pub fn learn(&mut self, carried: impl Fn(usize, usize) -> f64) {
+    /// In proportion to what the cell in column i of row j carried; all alike if none carried anything.
+    pub fn learned(carried: impl Fn(usize, usize) -> f64) -> Self {
+        let mut columns = [[0.0; GUIDE_SIDE]; GUIDE_SIDE];
         let mut total = 0.0;
-        for (j, columns) in self.columns.iter_mut().enumerate() {
+        for (j, columns) in columns.iter_mut().enumerate() {
             for (i, column) in columns.iter_mut().enumerate() {
                 *column = carried(i, j).max(0.0);
                 total += *column;
             }
         }
         let count = (GUIDE_SIDE * GUIDE_SIDE) as f64;
-        for (row, columns) in self.rows.iter_mut().zip(&mut self.columns) {
+        let mut rows = [0.0; GUIDE_SIDE];
+        for (row, columns) in rows.iter_mut().zip(&mut columns) {
             for column in columns.iter_mut() {
                 let own = if total > 0.0 { *column / total } else { 1.0 / count };
                 *column = ALL_ALIKE / count + (1.0 - ALL_ALIKE) * own;
@@ -45,7 +44,8 @@ impl Guide {
             *row = columns.iter().sum();
             accumulate(columns);
         }
-        accumulate(&mut self.rows);
+        accumulate(&mut rows);
+        Self { rows, columns }
     }
 
     /// The numbers to use in the place of uniform ones, and their density.
