@@ -200,7 +200,7 @@ static void test_plan(void) {
     CHECK(plan.brightness > 0 && plan.relative_error > 0 && plan.relative_error < 0.2);
     for (uint32_t i = 0; i < plan.chain_count; i++) {
         const volgrad_chain_start *start = &starts[i];
-        CHECK(start->index == i && start->chains == plan.chain_count && start->reserved == 0);
+        CHECK(start->index == i && start->chains == plan.chain_count && start->others >= 0);
         CHECK(start->length >= SHORTEST && start->length <= LONGEST && start->sample < SAMPLES);
         CHECK(weights[start->sample] > 0);
         of_length[start->length]++;
