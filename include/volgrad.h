@@ -872,9 +872,6 @@ volgrad_status volgrad_bidirectional_run_technique(const struct volgrad_scene *s
                                                    struct volgrad_film *film,
                                                    struct volgrad_path_sampler_stats *stats);
 
-// Fills options with their defaults: paths of 2 to 32 edges, no shifts. `struct_size`: `sizeof *options` of the caller.
-volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
-
 // Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
 // the image is, and where chains may begin. One that is not finite counts as 0. The array for all samples starts with number 0 and has no gaps;
 // threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples of that kind
@@ -909,6 +906,9 @@ volgrad_status volgrad_chain_plan(const struct volgrad_chain_options *options,
                                   struct volgrad_chain_start *starts,
                                   uint32_t capacity,
                                   struct volgrad_chain_plan_result *result);
+
+// Fills options with their defaults: paths of 2 to 32 edges, no shifts. `struct_size`: `sizeof *options` of the caller.
+volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
 
 // Memory that a chain with these options needs: less than 3 KiB, 1 KiB for paths of up to 16 edges.
 volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, uintptr_t *bytes);

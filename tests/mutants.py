@@ -509,8 +509,8 @@ MUTANTS = [
     Mutant(
         "bidirectional: paths seen from the light weighted as if the camera's first edge were left to chance",
         "src/sampler/bidirectional/connect.rs",
-        "forward /= collision_share(scene, &mut view);",
-        "let _ = collision_share(scene, &mut view);",
+        "forward /= view.collision_share(scene);",
+        "let _ = view.collision_share(scene);",
         "bidirectional weights_through_each_camera",
     ),
     Mutant(

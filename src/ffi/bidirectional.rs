@@ -123,7 +123,7 @@ unsafe fn run(
     let mut done = Stats::default();
     let result = match technique {
         None => sampler.sample_pixels(pass, pixels, &mut film, &mut done),
-        Some(technique) => sampler.sample_technique(technique, pass, pixels, &mut film, &mut done),
+        Some((technique, weighted)) => sampler.sample_technique(technique, weighted, pass, pixels, &mut film, &mut done),
     };
     if !stats.is_null() {
         unsafe { add_stats(stats, counted, &done) }?;
@@ -131,7 +131,7 @@ unsafe fn run(
     Ok(result?)
 }
 
-fn technique([light, camera, weighted]: [u32; 3], max_length: u32) -> Result<Technique, Fault> {
+fn technique([light, camera, weighted]: [u32; 3], max_length: u32) -> Result<(Technique, bool), Fault> {
     let vertices = light.checked_add(camera).filter(|sum| (3..=max_length + 1).contains(sum));
     if vertices.is_none() || camera == 0 {
         return Err(VOLGRAD_ERROR_RANGE.at(c"light_vertices, camera_vertices", 0));
@@ -139,7 +139,7 @@ fn technique([light, camera, weighted]: [u32; 3], max_length: u32) -> Result<Tec
     if weighted > 1 {
         return Err(VOLGRAD_ERROR_RANGE.at(c"weighted", 0));
     }
-    Ok(Technique { light: light as usize, camera: camera as usize, weighted: weighted == 1 })
+    Ok((Technique { camera: camera as usize, light: light as usize }, weighted == 1))
 }
 
 pub(super) fn options(o: &volgrad_bidirectional_options) -> Result<Options, Fault> {

@@ -6,6 +6,7 @@
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]
 
 mod bidirectional;
+mod bootstraps;
 mod chains;
 mod convert;
 mod custom;
@@ -24,6 +25,7 @@ mod transmittance;
 mod types;
 
 pub use bidirectional::*;
+pub use bootstraps::*;
 pub use chains::*;
 pub use films::*;
 pub use guides::*;

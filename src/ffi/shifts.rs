@@ -10,8 +10,8 @@ use super::types::{volgrad_path, volgrad_queries};
 use crate::math::{Colour, DVec2, Rgb, floor};
 use crate::path::Path;
 use crate::sampler::{shift_numbers, tile_numbers};
-use crate::scene::{ImagePoint, Scene};
-use crate::shift::{Draw, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius, Tile, Tiling, from_path, shift};
+use crate::scene::Scene;
+use crate::shift::{Draw, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius, Tile, from_path, shift};
 use core::ffi::CStr;
 
 /// No batch: every path stays as it is.
@@ -199,7 +199,7 @@ pub unsafe extern "C" fn volgrad_shift_path(
                 let asks = options.mode.has_queries() || options.has_views();
                 let queries = if asks { unsafe { HostQueries::read(queries) }? } else { HostQueries::UNUSED };
                 let draw = Draw { tiles: tile_numbers(seed, 0), random: shift_numbers(seed, index, 0) };
-                let tile = tile(scene, &queries, &options, draw.tiles, &shiftable.image)?;
+                let tile = Tile::around(scene, &queries, &options, draw.tiles, &shiftable.image)?;
                 shift(scene, &queries, &options, &shiftable, tile.as_ref(), draw, |pixel, value| batch.add(pixel, value))?;
             }
             _ => batch.add(first_pixel(scene, &path)?, weight.wide()),
@@ -212,23 +212,6 @@ pub unsafe extern "C" fn volgrad_shift_path(
         write(batch.count as u32);
         Ok(())
     })())
-}
-
-/// The tile of an image point, if the batch needs its camera rays.
-fn tile(
-    scene: &Scene,
-    queries: &HostQueries,
-    options: &Options,
-    numbers: [u32; 2],
-    image: &ImagePoint,
-) -> Result<Option<Tile>, Fault> {
-    if !options.has_views() {
-        return Ok(None);
-    }
-    let tiling = Tiling::new(&scene.camera, options.tile_side(), numbers);
-    let bounds = tiling.tile(image.pixel.x as u32, image.pixel.y as u32);
-    let lens = scene.camera.on_lens(image.ray.origin);
-    Ok(Some(Tile::trace(scene, queries, bounds, image.pixel, lens)?))
 }
 
 /// Where the camera sees the path.

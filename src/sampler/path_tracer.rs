@@ -2,11 +2,12 @@
 //! and roulette included), Russian roulette; and a batch of shifts for every path whose first vertex may move.
 
 use super::interaction::{Interaction, Scatterer};
+use super::lengths::Lengths;
 use super::next_event::{self, Origin, Outcome};
 use super::primary::{PrimarySample, RandomNumbers, Slot, VertexNumbers, number, pair, shift_numbers, tile_numbers};
 use super::record::{Arrival, Record};
 use crate::film::Film;
-use crate::math::{Colour, DVec2, DVec3, absorptance, mean, transmittance};
+use crate::math::{Colour, DVec2, DVec3, transmittance};
 use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
 use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, View, surface_epsilon};
 use crate::shift::{self, BatchStats, Bounce, Bounds, Draw, Next, Place, Scratch, Tile, Tiling, volume_to_image};
@@ -24,21 +25,6 @@ pub struct Options {
     /// Paths that another sampler renders: of these lengths, but light that the camera sees directly, or through nothing but specular
     /// surfaces, only if length 1 is among them. No sampler finds that as easily as this one.
     pub left_out: Lengths,
-}
-
-/// Lengths of paths, in edges: from `first` to `last`, both included.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lengths {
-    pub first: u32,
-    pub last: u32,
-}
-
-impl Lengths {
-    pub const NONE: Self = Self { first: 1, last: 0 };
-
-    pub fn contains(self, length: u32) -> bool {
-        self.first <= length && length <= self.last
-    }
 }
 
 impl Options {
@@ -271,22 +257,16 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     /// numbers that lead on: where nothing scatters at the edge's end, only those that make a collision.
     fn look(&mut self) -> f64 {
         let hit = &self.hit;
-        let (light, bsdf) = match hit.kind {
-            HIT_SURFACE => {
-                let front = hit.unit_normal().dot(self.direction) < 0.0;
-                (self.scene.lights.get(hit.light).filter(|_| front), self.scene.materials.get(hit.material as usize))
-            }
-            _ => (self.scene.lights.environment.and_then(|i| self.scene.lights.get(i)), None),
+        let light = match hit.kind {
+            HIT_SURFACE if hit.unit_normal().dot(self.direction) < 0.0 => hit.light,
+            HIT_SURFACE => NONE,
+            _ => self.scene.lights.environment.unwrap_or(NONE),
         };
-        let dark_end = bsdf.is_none_or(Bsdf::is_black);
-        if light.is_none() && !dark_end {
-            return 1.0;
-        }
-        let optical_depth = self.view.whole_depth(self.scene);
-        if let Some(light) = light.filter(|_| !self.options.leaves_out(1, true)) {
+        if let Some(light) = self.scene.lights.get(light).filter(|_| !self.options.leaves_out(1, true)) {
+            let optical_depth = self.view.whole_depth(self.scene);
             self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
-        if dark_end { mean(absorptance(optical_depth)) } else { 1.0 }
+        self.view.collision_share(self.scene)
     }
 
     /// Whether there are longer paths to render that begin with this ray: by a collision, or from the surface.

@@ -1,7 +1,7 @@
 //! What the camera sees through an image point: the first surface, and the media before it.
 
-use super::{CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, Queries, Ray, Scene, Stop};
-use crate::math::{Colour, DVec2};
+use super::{Bsdf, CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, Queries, Ray, Scene, Stop};
+use crate::math::{Colour, DVec2, absorptance, mean};
 use crate::medium::{Line, optical_depth};
 use core::slice::from_mut;
 
@@ -69,5 +69,11 @@ impl View {
         let depth = known.unwrap_or_else(|| optical_depth(&self.line(scene, self.length())));
         self.optical_depth = Some(depth);
         depth
+    }
+
+    /// Where nothing scatters at the end of the ray, only those distance numbers are used that make a collision: their share.
+    pub fn collision_share(&mut self, scene: &Scene) -> f64 {
+        let bsdf = scene.materials.get(self.hit.material as usize).filter(|_| self.hit.kind == HIT_SURFACE);
+        if bsdf.is_none_or(Bsdf::is_black) { mean(absorptance(self.whole_depth(scene))) } else { 1.0 }
     }
 }

@@ -1,9 +1,9 @@
 //! Square tiles of pixels, whose paths are shared out among them, and their camera rays, traced once for all.
 //! Source: P. Bekaert et al., *Accelerating Path Tracing by Re-Using Paths*, EGWR 2002.
 
-use super::kernel::MAX_SHIFTS;
+use super::kernel::{MAX_SHIFTS, Options};
 use crate::math::{Colour, DVec2, absorptance, floor, mean};
-use crate::scene::{Camera, HIT_OVERFLOW, Queries, Scene, Stop, View};
+use crate::scene::{Camera, HIT_OVERFLOW, ImagePoint, Queries, Scene, Stop, View};
 
 /// How tiles cover the sampled pixels. Those at the border are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +65,23 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// The tile of an image point, if batches need its rays; `numbers` say where tiles begin.
+    pub fn around(
+        scene: &Scene,
+        queries: &impl Queries,
+        options: &Options,
+        numbers: [u32; 2],
+        image: &ImagePoint,
+    ) -> Result<Option<Self>, Stop> {
+        if !options.has_views() {
+            return Ok(None);
+        }
+        let tiling = Tiling::new(&scene.camera, options.tile_side(), numbers);
+        let bounds = tiling.tile(image.pixel.x as u32, image.pixel.y as u32);
+        let lens = scene.camera.on_lens(image.ray.origin);
+        Self::trace(scene, queries, bounds, image.pixel, lens).map(Some)
+    }
+
     /// Traces the rays from a point of the lens through the same place in all pixels of a tile as `pixel` is in its own.
     pub fn trace(
         scene: &Scene,

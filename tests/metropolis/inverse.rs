@@ -2,8 +2,8 @@
 
 use crate::toy::scenes::{World, edges_under_point_light, edges_with_rough_surfaces, edges_with_specular_surfaces};
 use volgrad::math::{DVec2, DVec3, luminance};
-use volgrad::sampler::bidirectional::{Connection, Joined};
-use volgrad::sampler::metropolis::{Scratch, Technique, invert, make};
+use volgrad::sampler::bidirectional::{Connection, Joined, Technique};
+use volgrad::sampler::metropolis::{Scratch, invert, make};
 use volgrad::sampler::{Stats, line_numbers};
 use volgrad::scene::Scene;
 

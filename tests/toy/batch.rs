@@ -4,7 +4,7 @@ use super::scenes::World;
 use volgrad::math::{Colour, DVec2};
 use volgrad::sampler::{self, PathTracer, RandomNumbers, Record, Stats, shift_numbers, tile_numbers};
 use volgrad::scene::View;
-use volgrad::shift::{self, BatchStats, Draw, Shiftable, Tile, Tiling};
+use volgrad::shift::{self, BatchStats, Draw, Shiftable, Tile};
 
 /// The toy images' pixels along a side.
 const SIDE: u32 = 8;
@@ -46,12 +46,7 @@ pub fn batch(
 ) -> BatchStats {
     let scene = world.scene();
     let draw = Draw { tiles: tile_numbers(3, pass), random: shift_numbers(3, pass, 0) };
-    let tile = options.has_views().then(|| {
-        let tiling = Tiling::new(&scene.camera, options.tile_side(), draw.tiles);
-        let bounds = tiling.tile(path.image.pixel.x as u32, path.image.pixel.y as u32);
-        let lens = scene.camera.on_lens(path.image.ray.origin);
-        Tile::trace(&scene, &world.geometry, bounds, path.image.pixel, lens).expect("never stops")
-    });
+    let tile = Tile::around(&scene, &world.geometry, options, draw.tiles, &path.image).expect("never stops");
     shift::shift(&scene, &world.geometry, options, path, tile.as_ref(), draw, &mut splat).expect("never stops")
 }
 

@@ -1,7 +1,6 @@
 //! Joins a subpath from the camera and one from a light to a path, and weighs it. [V97 10.3]
 
 use super::mis::{Heuristic, Junction, weight};
-use super::subpath::collision_share;
 use super::vertex::{Edge, Kind, Vertex};
 use crate::math::{Colour, DVec2, DVec3, transmittance};
 use crate::medium::{Line, optical_depth, optical_depth_or_dark};
@@ -99,7 +98,7 @@ impl<Q: Queries> Connector<'_, '_, Q> {
             * edge.transmittance
             * (scene.camera.direction_density(image.ray.cosine) * edge.spread());
         if matches!(last.kind, Kind::Medium { .. }) {
-            forward /= collision_share(scene, &mut view);
+            forward /= view.collision_share(scene);
         }
         let backward = last.density_of(scene, to_camera, before, &last.edge.reversed());
         let junction = Junction { camera: [0.0; 2], light: [forward, backward] };

@@ -10,7 +10,7 @@ mod vertex;
 pub use connect::{Connection, Connector};
 pub use mis::Heuristic;
 pub use shiftable::Joined;
-pub use subpath::{Limits, MAX_LENGTH, Subpath, collision_share, from_camera, from_light};
+pub use subpath::{Limits, MAX_LENGTH, Subpath, from_camera, from_light};
 pub use vertex::{Edge, Kind, Vertex};
 
 use super::path_tracer::Stats;
@@ -30,24 +30,11 @@ pub struct Options {
     pub heuristic: Heuristic,
 }
 
-/// What there is to see of one technique alone, with `light` vertices from a light and `camera` from the camera.
-#[derive(Clone, Copy, Debug)]
+/// A way to make a path: with `camera` vertices of a subpath from there, and `light` ones from a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Technique {
-    pub light: usize,
     pub camera: usize,
-    /// With its weight, so that all techniques sum to the image; without, each one that can make all paths of a length shows all of them.
-    pub weighted: bool,
-}
-
-impl Technique {
-    fn share(&self, sample: &Sample) -> Colour {
-        let Connection { value, weight, .. } = sample.connection;
-        match (sample.light.len(), sample.camera.len()) == (self.light, self.camera) {
-            true if self.weighted => value * weight,
-            true => value,
-            false => Colour::ZERO,
-        }
-    }
+    pub light: usize,
 }
 
 /// What one technique (s, t) made: s vertices from a light, t from the camera.
@@ -72,16 +59,25 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         self.splat_pixels(pass, pixels, film, stats, |sample| sample.connection.value * sample.connection.weight)
     }
 
-    /// The same samples, of which only what one technique makes is kept.
+    /// The same samples, of which only what one technique makes is kept: `weighted`, all techniques sum to the image; else each that can make
+    /// all paths of a length shows all of them.
     pub fn sample_technique(
         &self,
         technique: Technique,
+        weighted: bool,
         pass: u64,
         pixels: Range<u32>,
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Stop> {
-        self.splat_pixels(pass, pixels, film, stats, |sample| technique.share(sample))
+        self.splat_pixels(pass, pixels, film, stats, |sample| {
+            let Connection { value, weight, .. } = sample.connection;
+            match (Technique { camera: sample.camera.len(), light: sample.light.len() }) == technique {
+                true if weighted => value * weight,
+                true => value,
+                false => Colour::ZERO,
+            }
+        })
     }
 
     /// Adds `share` of everything that the pixels' samples make.
@@ -98,8 +94,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         let mut seen_elsewhere = [(DVec2::ZERO, Colour::ZERO); MAX_LENGTH];
         for pixel in pixels {
             let (mut sum, mut count) = (Colour::ZERO, 0);
-            let place = self.place(pass, pixel);
-            self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
+            let place = self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
                 if sample.camera.len() > 1 {
                     sum += share(sample);
                 } else if let Some(splat) = seen_elsewhere.get_mut(count) {
@@ -134,15 +129,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         Ok(())
     }
 
-    fn place(&self, pass: u64, pixel: u32) -> DVec2 {
-        let [x0, y0, x1, _] = self.scene.camera.crop;
-        let width = (x1 - x0).max(1);
-        let corner = DVec2::new((x0 + pixel % width).into(), (y0 + pixel / width).into());
-        let first = RandomNumbers::for_path(self.options.seed, pass, pixel).vertex(0);
-        corner + pair(&first, Slot::DirectionU, Slot::DirectionV)
-    }
-
-    /// Everything that the two subpaths of one sample make, told to `tell` one by one.
+    /// Everything that the two subpaths of one sample make, told to `tell` one by one. Returns the image point of the camera's.
     pub fn sample(
         &self,
         pass: u64,
@@ -151,13 +138,17 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         light: &mut Subpath<'a>,
         stats: &mut Stats,
         mut tell: impl FnMut(&Sample),
-    ) -> Result<(), Stop> {
+    ) -> Result<DVec2, Stop> {
         let Options { max_length, rr_depth, seed, heuristic } = self.options;
         let scene = self.scene;
         let longest = (max_length as usize).min(MAX_LENGTH);
-        let place = self.place(pass, pixel);
         let mut numbers = RandomNumbers::for_path(seed, pass, pixel);
-        let lens = scene.camera.lens_point(pair(&numbers.vertex(0), Slot::LightU, Slot::LightV));
+        let first = numbers.vertex(0);
+        let [x0, y0, x1, _] = scene.camera.crop;
+        let width = (x1 - x0).max(1);
+        let corner = DVec2::new((x0 + pixel % width).into(), (y0 + pixel / width).into());
+        let place = corner + pair(&first, Slot::DirectionU, Slot::DirectionV);
+        let lens = scene.camera.lens_point(pair(&first, Slot::LightU, Slot::LightV));
         let mut view = [View::through(scene, place, lens)];
         View::trace(&mut view, scene, self.queries)?;
         stats.rays += 1;
@@ -178,6 +169,6 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
                 }
             }
         }
-        Ok(())
+        Ok(place)
     }
 }

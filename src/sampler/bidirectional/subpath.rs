@@ -4,7 +4,7 @@
 //! times the squared ratio of the indices of refraction.
 
 use super::vertex::{Edge, Kind, Vertex, disk_density};
-use crate::math::{Colour, DVec2, DVec3, absorptance, mean, orthonormal_basis, transmittance, uniform_disk};
+use crate::math::{Colour, DVec2, DVec3, mean, orthonormal_basis, transmittance, uniform_disk};
 use crate::medium::{Flight, Line, sample_distance};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{PrimarySample, Slot, VertexNumbers, number, pair};
@@ -93,7 +93,7 @@ pub fn from_camera<'a, Q: Queries>(
     if limits.vertices < 2 {
         return Ok(());
     }
-    let share = collision_share(scene, view);
+    let share = view.collision_share(scene);
     let mut walk = Walk {
         scene,
         queries,
@@ -111,13 +111,6 @@ pub fn from_camera<'a, Q: Queries>(
         let flight = sample_distance(&line, share * number(numbers, Slot::Distance));
         Ok(walk.arrive(view.ray.origin, &view.hit, view.length(), flight, share))
     })
-}
-
-/// Where nothing scatters at the end of the camera's edge, only those distance numbers are used that make a collision: their share.
-pub fn collision_share(scene: &Scene, view: &mut View) -> f64 {
-    let bsdf = scene.materials.get(view.hit.material as usize).filter(|_| view.hit.kind == HIT_SURFACE);
-    let dark_end = bsdf.is_none_or(|bsdf| bsdf.is_black());
-    if dark_end { mean(absorptance(view.whole_depth(scene))) } else { 1.0 }
 }
 
 /// The subpath from a light.

@@ -4,12 +4,13 @@
 //! mutation on [V97 11.3.1]. The balance heuristic needs b too, and there a start's own value must not be part of it: it would count for less
 //! the brighter it is, and images with n samples per length would be darker by up to the probability of a large step over n.
 
-use super::numbers::{Technique, capacity};
+use super::numbers::capacity;
 use super::path::{Scratch, make, target};
 use super::techniques::Techniques;
 use crate::math::sqrt;
-use crate::sampler::bidirectional::MAX_LENGTH;
-use crate::sampler::path_tracer::{Lengths, Stats};
+use crate::sampler::bidirectional::{MAX_LENGTH, Technique};
+use crate::sampler::lengths::Lengths;
+use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{bootstrap_numbers, plan_numbers};
 use crate::scene::{Queries, Scene, Stop};
 

@@ -4,16 +4,16 @@
 //! large steps, whose samples are independent, count as such too, by the balance heuristic [KSKAC02].
 
 use super::bootstrap::{self, Numbers, Start};
-use super::numbers::{Technique, capacity, step};
+use super::numbers::{capacity, step};
 use super::path::{Scratch, make, target};
 use super::techniques::{Shares, Techniques};
 use crate::film::Film;
 use crate::math::{Colour, DVec2};
-use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH};
+use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{ChainNumbers, chain_shift_numbers};
 use crate::scene::{Queries, Scene, Stop};
-use crate::shift::{self, Draw, Shiftable, Tile, Tiling};
+use crate::shift::{self, Draw, Shiftable, Tile};
 
 /// How chains move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Options {
     /// Mutations before the first that counts, in which the size of small steps adapts.
     pub burn_in: u32,
     pub shift: Option<shift::Options>,
-    /// Of paths that move only each so-manieth mutation counts, as many times. 1 without shifts.
+    /// T: of paths that move only every T-th mutation counts, T times. 1 without shifts.
     pub shift_every: u32,
 }
 
@@ -214,6 +214,9 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
 
     /// Splats what is due at the chain's current path, which stays as it is.
     pub fn flush(&self, state: &State, numbers: &[f64], film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        if !(state.pending > 0.0) {
+            return Ok(());
+        }
         let mut room = self.begin(state, numbers, stats)?;
         self.splat(state, &room.current, state.pending, &mut room.batch, film, stats)
     }
@@ -310,29 +313,12 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         };
         let options = options.after(sample.born as f64 * f64::from(state.start.chains));
         let (tiles, random) = chain_shift_numbers(self.options.seed, state.index, sample.born);
-        let tile = self.tile(&options, tiles, path, stats)?;
+        let tile = Tile::around(self.scene, self.queries, &options, tiles, &path.image)?;
+        stats.rays += tile.as_ref().map_or(0, |tile| tile.views().len() as u64);
         let draw = Draw { tiles, random };
         let done = batch.shift(self.scene, self.queries, &options, path, tile.as_ref(), draw, |p, c| film.add(p, c * due))?;
         stats.add_batch(&done);
         Ok(())
-    }
-
-    /// The camera rays of the tile that a path is in, if batches need them.
-    fn tile(
-        &self,
-        options: &shift::Options,
-        numbers: [u32; 2],
-        path: &Shiftable,
-        stats: &mut Stats,
-    ) -> Result<Option<Tile>, Stop> {
-        if !options.has_views() {
-            return Ok(None);
-        }
-        let (scene, pixel) = (self.scene, path.image.pixel);
-        let bounds = Tiling::new(&scene.camera, options.tile_side(), numbers).tile(pixel.x as u32, pixel.y as u32);
-        let tile = Tile::trace(scene, self.queries, bounds, pixel, scene.camera.on_lens(path.image.ray.origin))?;
-        stats.rays += tile.views().len() as u64;
-        Ok(Some(tile))
     }
 }
 

@@ -1,9 +1,9 @@
 //! From a path back to the numbers of any technique that can make it.
 
 use super::bootstrap::Numbers;
-use super::numbers::{Technique, capacity};
+use super::numbers::capacity;
 use crate::math::{DVec2, DVec3, absorptance, disk_number, mean, orthonormal_basis};
-use crate::sampler::bidirectional::{Edge, Joined, Kind, MAX_LENGTH, collision_share};
+use crate::sampler::bidirectional::{Edge, Joined, Kind, MAX_LENGTH, Technique};
 use crate::scene::{Queries, Stop, View};
 
 /// Where any number will do.
@@ -45,7 +45,7 @@ fn share<Q: Queries>(path: &Joined, queries: &Q) -> Result<f64, Stop> {
     let mut view = [View::through(scene, path.connection.pixel, scene.camera.on_lens(origin))];
     View::trace(&mut view, scene, queries)?;
     let [mut view] = view;
-    Ok(collision_share(scene, &mut view))
+    Ok(view.collision_share(scene))
 }
 
 /// The first `count` vertices.

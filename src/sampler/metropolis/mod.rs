@@ -10,6 +10,6 @@ mod techniques;
 pub use bootstrap::{Numbers, Plan, Start, learn, run as bootstrap};
 pub use chain::{ChainStats, Metropolis, Options, State};
 pub use inverse::invert;
-pub use numbers::{Technique, capacity};
+pub use numbers::capacity;
 pub use path::{Scratch, make};
 pub use techniques::Techniques;

@@ -1,5 +1,6 @@
 //! The primary sample numbers of one technique, and how a chain changes them.
 
+use crate::sampler::bidirectional::Technique;
 use crate::sampler::primary::{PrimarySample, SLOTS, Slot, VertexNumbers};
 
 /// Numbers per vertex of a subpath, and of a light's first vertex.
@@ -13,13 +14,6 @@ const VERTEX_SLOTS: [Slot; PER_VERTEX] = [Slot::Distance, Slot::DirectionU, Slot
 /// How many numbers a path of `length` edges takes at most.
 pub const fn capacity(length: usize) -> usize {
     PER_VERTEX * (length + 1) + PER_LIGHT - PER_VERTEX
-}
-
-/// A way to make a path: with `camera` vertices of a subpath from there, and `light` ones from a light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Technique {
-    pub camera: usize,
-    pub light: usize,
 }
 
 impl Technique {

@@ -1,8 +1,7 @@
 //! The path that a technique makes of primary sample numbers.
 
-use super::numbers::Technique;
 use crate::math::{DVec2, luminance};
-use crate::sampler::bidirectional::{Connection, Connector, Heuristic, Limits, Subpath, from_camera, from_light};
+use crate::sampler::bidirectional::{Connection, Connector, Heuristic, Limits, Subpath, Technique, from_camera, from_light};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{PrimarySample, Slot, pair};
 use crate::scene::{Queries, Scene, Stop, View};

@@ -1,10 +1,9 @@
 //! How often each technique is tried. Where one sample stands for many techniques the least noise comes from trying each in proportion to the
 //! root of its mean squared value: that is learned from samples that tried all alike.
 
-use super::numbers::Technique;
 use crate::math::sqrt;
-use crate::sampler::bidirectional::MAX_LENGTH;
-use crate::sampler::path_tracer::Lengths;
+use crate::sampler::bidirectional::{MAX_LENGTH, Technique};
+use crate::sampler::lengths::Lengths;
 use crate::sampler::primary::mix;
 
 /// Running sums of probabilities, the last 1. Entry i is for length i, or for the technique with i + 1 camera vertices.
