@@ -23,6 +23,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// Most vertices of a light's subpath: each gives the camera subpath's x_2 a direction of its own to scatter in, beside that in which it
+// goes on.
+#define MOST_LIGHT_VERTICES (MAX_WINGS - 1)
+
 // Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 #define VOLGRAD_MAX_SEGMENTS 16
 
@@ -212,6 +216,9 @@ typedef int32_t volgrad_status;
 // A shifted copy of the path.
 typedef struct Member Member;
 
+// The techniques that make paths, of all that could.
+typedef struct Repertoire Repertoire;
+
 // A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
 typedef struct volgrad_chain volgrad_chain;
 
@@ -220,6 +227,30 @@ typedef struct volgrad_film volgrad_film;
 
 // A scene without its geometry. Lives in memory of the caller; must not be moved.
 typedef struct volgrad_scene volgrad_scene;
+
+// How a batch of shifted paths is made.
+typedef struct volgrad_shift_options {
+  // `sizeof(volgrad_shift_options)` of the caller.
+  uint32_t struct_size;
+  // `VOLGRAD_SHIFT_*`.
+  uint32_t mode;
+  // `VOLGRAD_KERNEL_*`.
+  uint32_t kernel;
+  // `VOLGRAD_RADIUS_*`.
+  uint32_t radius_unit;
+  // > 0. Exchangeable makes two steps of this radius: to the common centre, and from there.
+  float radius;
+  // Offsets per path, 1 ... VOLGRAD_MAX_SHIFTS.
+  uint32_t count;
+  // Most medium vertices that move together, from the first on: 1 ... VOLGRAD_MAX_RUN.
+  uint32_t run;
+  // TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
+  uint32_t exact_count;
+  // The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
+  float alpha;
+  // FIRST_ORDER, HALF_ORDER: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
+  float clamp;
+} volgrad_shift_options;
 
 // Settings of the bidirectional sampler.
 typedef struct volgrad_bidirectional_options {
@@ -232,6 +263,14 @@ typedef struct volgrad_bidirectional_options {
   // `VOLGRAD_HEURISTIC_*`.
   uint32_t heuristic;
   uint64_t seed;
+  // Most vertices of a subpath from a light; 0 is no limit, or 3 with shifts, which take no more. Few are best where light has a few bright
+  // spots to come from: each costs a connection to every vertex from the camera.
+  uint32_t light_vertices;
+  uint32_t reserved;
+  // Batches, as by `volgrad_shift_path`; only the first vertex moves, whatever `run` says. Lights' subpaths are then not connected to the camera
+  // itself, so that paths through specular surfaces to directional, point and spot lights are missing. Its struct_size is that of this
+  // library's version.
+  struct volgrad_shift_options shift;
 } volgrad_bidirectional_options;
 
 // A vector as the host sees it.
@@ -324,30 +363,6 @@ typedef struct volgrad_path_sampler_stats {
   // Rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`; all that they would have carried is missing.
   uint64_t overflows;
 } volgrad_path_sampler_stats;
-
-// How a batch of shifted paths is made.
-typedef struct volgrad_shift_options {
-  // `sizeof(volgrad_shift_options)` of the caller.
-  uint32_t struct_size;
-  // `VOLGRAD_SHIFT_*`.
-  uint32_t mode;
-  // `VOLGRAD_KERNEL_*`.
-  uint32_t kernel;
-  // `VOLGRAD_RADIUS_*`.
-  uint32_t radius_unit;
-  // > 0. Exchangeable makes two steps of this radius: to the common centre, and from there.
-  float radius;
-  // Offsets per path, 1 ... VOLGRAD_MAX_SHIFTS.
-  uint32_t count;
-  // Most medium vertices that move together, from the first on: 1 ... VOLGRAD_MAX_RUN.
-  uint32_t run;
-  // TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
-  uint32_t exact_count;
-  // The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
-  float alpha;
-  // FIRST_ORDER, HALF_ORDER: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
-  float clamp;
-} volgrad_shift_options;
 
 // Settings of Metropolis light transport. All calls for one image take the same.
 typedef struct volgrad_chain_options {
@@ -820,6 +835,8 @@ typedef struct volgrad_transmittance_estimate {
   // Points at which a density was computed.
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
+
+
 
 
 

@@ -31,7 +31,7 @@ impl Owned {
 
     /// From the camera through the vertices of a run to what its last one's next-event estimate found. None if single precision has
     /// moved a vertex across a face.
-    fn of_next_event(world: &World, run: &[RunVertex]) -> Option<Self> {
+    fn of_next_event(world: &World, run: &[RunVertex], link: &Link) -> Option<Self> {
         let mut path = Self::default();
         let camera = world.camera;
         path.vertices.push(Vertex { kind: VERTEX_CAMERA, position: camera.position.into(), ..Vertex::default() });
@@ -43,7 +43,6 @@ impl Owned {
             }
             path.vertices.push(new);
         }
-        let (link, _) = run.last()?.light?;
         let light = |wanted: fn(&Light) -> bool| world.lights.iter().position(wanted).map(|i| i as u32);
         let (index, position, normal) = match link.next {
             Next::Point { position, normal } => {
@@ -70,16 +69,13 @@ impl Owned {
     }
 }
 
-/// The same run with nothing but its last vertex' next-event estimate.
-fn next_event_alone(path: &Shiftable, run: &[RunVertex]) -> Shiftable {
-    let without = |vertex: &RunVertex| RunVertex { light: None, ..*vertex };
-    let mut alone = Shiftable::new(path.image, without(&run[0]));
+/// The run up to a next-event estimate, with nothing else.
+fn next_event_alone(path: &Shiftable, run: &[RunVertex], event: &Exit) -> Shiftable {
+    let mut alone = Shiftable::new(path.image, run[0]);
     for vertex in &run[1..] {
-        assert!(alone.push(without(vertex)));
+        assert!(alone.push(*vertex));
     }
-    if let (Some(last), Some(of)) = (alone.last_mut(), run.last()) {
-        last.light = of.light;
-    }
+    assert!(alone.leave(*event));
     alone
 }
 
@@ -105,13 +101,11 @@ fn a_path_handed_in_is_shifted_like_the_samplers_own() {
             let (mut compared, mut apart, mut full) = (0_u32, 0_u32, 0);
             for pass in 0..3000 {
                 let Some(path) = record(&world, sampler, pass).finish().copied() else { continue };
-                for length in 1..=path.run().len() {
+                for event in path.exits().iter().filter(|_| !path.first().place.is_surface()) {
+                    let length = event.from + 1;
                     let run_so_far = &path.run()[..length];
-                    if path.first().place.is_surface() || run_so_far[length - 1].light.is_none() {
-                        continue;
-                    }
-                    let Some(host) = Owned::of_next_event(&world, run_so_far) else { continue };
-                    let own = next_event_alone(&path, run_so_far);
+                    let Some(host) = Owned::of_next_event(&world, run_so_far, &event.link) else { continue };
+                    let own = next_event_alone(&path, run_so_far, event);
                     let handed = from_path(&scene, &host.view(), own.carried(&scene), &Options { run: length, ..shift });
                     let handed = handed.expect("f > 0").expect("begins in a medium");
                     full += u32::from(length == run);

@@ -11,7 +11,7 @@ use volgrad::math::{Colour, DVec2, DVec3, luminance};
 use volgrad::medium::NONE;
 use volgrad::sampler;
 use volgrad::scene::{Bsdf, Camera, Light};
-use volgrad::shift::{Depth, Kernel, Link, MAX_RUN, Mode, Next, Options, Place, Radius, RunVertex, Shiftable};
+use volgrad::shift::{Depth, Exit, Kernel, Link, MAX_RUN, Mode, Next, Options, Place, Radius, RunVertex, Shiftable};
 
 const DISK: Kernel = Kernel::Disk(Radius::Pixels(1.5));
 const BALL: Kernel = Kernel::Ball(0.35);
@@ -206,25 +206,25 @@ fn flat(mut camera: Camera) -> (World, Shiftable) {
     let x = world.camera.position + distance * world.camera.forward + 0.1 * world.camera.right;
     let image = world.camera.project(x, DVec2::ZERO).expect("in view");
     let link = Link { next: Next::Direction(DVec3::Y), depth: Depth::default() };
-    let light = Some((link, Colour::ONE));
     let (depth, to_previous) = (Depth::default(), -image.ray.direction);
-    let first = RunVertex { x, place: Place::Medium(0), depth, to_previous, distance: image.distance, light };
-    (world, Shiftable::new(image, first))
+    let first = RunVertex { x, place: Place::Medium(0), depth, to_previous, distance: image.distance };
+    let mut path = Shiftable::new(image, first);
+    path.leave(Exit { from: 0, link, wing: None, rest: Colour::ONE });
+    (world, path)
 }
 
 /// The same on a wall.
 fn flat_wall() -> (World, Shiftable) {
-    let (mut world, mut path) = flat(camera([0.0; 3], 0.01, 64));
+    let (world, path) = flat(camera([0.0; 3], 0.01, 64));
     let distance = path.first().x.z;
-    world = world.surface(
+    let world = world.surface(
         rectangle([-100.0, -100.0, distance], [0.0, 200.0, 0.0], [200.0, 0.0, 0.0]),
         Bsdf::Diffuse { albedo: Colour::splat(0.5) },
     );
-    if let Some(vertex) = path.last_mut() {
-        vertex.place = Place::Surface { material: world.materials.len() as u32 - 1, normal: -DVec3::Z, medium: 0 };
-        let link = Link { next: Next::Direction(DVec3::new(0.0, 0.6, -0.8)), depth: Depth::default() };
-        vertex.light = Some((link, Colour::ONE));
-    }
+    let place = Place::Surface { material: world.materials.len() as u32 - 1, normal: -DVec3::Z, medium: 0 };
+    let link = Link { next: Next::Direction(DVec3::new(0.0, 0.6, -0.8)), depth: Depth::default() };
+    let mut path = Shiftable::new(path.image, RunVertex { place, ..*path.first() });
+    path.leave(Exit { from: 0, link, wing: None, rest: Colour::ONE });
     (world, path)
 }
 

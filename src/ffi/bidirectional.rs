@@ -4,10 +4,11 @@ use super::films::{film, volgrad_film};
 use super::pointer::{sized_over, write_sized};
 use super::samplers::{HostQueries, NO_STATS, add_stats, pixel_range, volgrad_path_sampler_stats};
 use super::scenes::{scene, volgrad_scene};
+use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_queries;
 use crate::sampler::Stats;
-use crate::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, Options, Technique};
+use crate::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, MOST_LIGHT_VERTICES, Options, Technique};
 
 /// Most edges of a path of the bidirectional sampler and of chains.
 pub const VOLGRAD_MAX_LENGTH: u32 = 64;
@@ -32,6 +33,14 @@ pub struct volgrad_bidirectional_options {
     /// `VOLGRAD_HEURISTIC_*`.
     pub heuristic: u32,
     pub seed: u64,
+    /// Most vertices of a subpath from a light; 0 is no limit, or 3 with shifts, which take no more. Few are best where light has a few bright
+    /// spots to come from: each costs a connection to every vertex from the camera.
+    pub light_vertices: u32,
+    pub reserved: u32,
+    /// Batches, as by `volgrad_shift_path`; only the first vertex moves, whatever `run` says. Lights' subpaths are then not connected to the camera
+    /// itself, so that paths through specular surfaces to directional, point and spot lights are missing. Its struct_size is that of this
+    /// library's version.
+    pub shift: volgrad_shift_options,
 }
 
 pub(super) const DEFAULTS: volgrad_bidirectional_options = volgrad_bidirectional_options {
@@ -40,6 +49,9 @@ pub(super) const DEFAULTS: volgrad_bidirectional_options = volgrad_bidirectional
     rr_depth: 5,
     heuristic: VOLGRAD_HEURISTIC_BALANCE,
     seed: 0,
+    light_vertices: 0,
+    reserved: 0,
+    shift: SHIFT_DEFAULTS,
 };
 
 /// Fills options with their defaults: VOLGRAD_MAX_LENGTH, roulette from vertex 5 on. `struct_size`: `sizeof *options` of the caller.
@@ -151,5 +163,14 @@ pub(super) fn options(o: &volgrad_bidirectional_options) -> Result<Options, Faul
         VOLGRAD_HEURISTIC_POWER => Heuristic::Power,
         _ => return Err(VOLGRAD_ERROR_KIND.at(c"heuristic", 0)),
     };
-    Ok(Options { max_length: o.max_length, rr_depth: o.rr_depth, seed: o.seed, heuristic })
+    if o.shift.struct_size as usize != size_of::<volgrad_shift_options>() {
+        return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
+    }
+    let shift = shift_options(&o.shift)?;
+    let most = if shift.is_some() { MOST_LIGHT_VERTICES } else { MAX_LENGTH };
+    let light_vertices = if o.light_vertices == 0 { most } else { o.light_vertices as usize };
+    if shift.is_some() && light_vertices > most {
+        return Err(VOLGRAD_ERROR_RANGE.at(c"light_vertices", 0));
+    }
+    Ok(Options { max_length: o.max_length, rr_depth: o.rr_depth, seed: o.seed, heuristic, light_vertices, shift })
 }

@@ -1,6 +1,7 @@
 //! Samplers: from primary sample numbers to paths and splats.
 
 pub mod bidirectional;
+mod camera_samples;
 mod interaction;
 mod lengths;
 pub mod metropolis;

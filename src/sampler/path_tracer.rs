@@ -1,16 +1,17 @@
 //! A unidirectional volumetric path tracer: next-event estimation, multiple importance sampling with the true pdfs (free flight
 //! and roulette included), Russian roulette; and a batch of shifts for every path whose first vertex may move.
 
+use super::camera_samples::{CameraSample, CameraSamples};
 use super::interaction::{Interaction, Scatterer};
 use super::lengths::Lengths;
 use super::next_event::{self, Origin, Outcome};
-use super::primary::{PrimarySample, RandomNumbers, Slot, VertexNumbers, number, pair, shift_numbers, tile_numbers};
+use super::primary::{PrimarySample, Slot, VertexNumbers, number, pair};
 use super::record::{Arrival, Record};
 use crate::film::Film;
-use crate::math::{Colour, DVec2, DVec3, transmittance};
+use crate::math::{Colour, DVec3, transmittance};
 use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
 use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, View, surface_epsilon};
-use crate::shift::{self, BatchStats, Bounce, Bounds, Draw, Next, Place, Scratch, Tile, Tiling, volume_to_image};
+use crate::shift::{self, BatchStats, Bounce, Next, Place, Scratch, volume_to_image};
 use core::ops::Range;
 use core::slice::from_mut;
 
@@ -73,43 +74,18 @@ impl<Q: Queries> PathTracer<'_, Q> {
     /// One path through each of `pixels` of the camera's crop, with all its splats. Pixels are numbered row by row; with tiles, tile by
     /// tile.
     pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
-        let camera = &self.scene.camera;
-        let [x0, y0, x1, y1] = camera.crop;
-        let (seed, width) = (self.options.seed, (x1 - x0).max(1));
-        let samples = pass as f64 * f64::from(width) * f64::from(y1 - y0);
-        let shift = self.options.shift.map(|options| options.after(samples));
-        let tiling = shift.filter(shift::Options::has_views).map(|options| {
-            let numbers = tile_numbers(seed, pass);
-            Tiling::new(camera, options.tile_side(), numbers)
-        });
-        let mut tile: Option<(Bounds, Tile)> = None;
+        let Options { seed, shift, .. } = self.options;
+        let mut samples = CameraSamples::new(self.scene, self.queries, shift, seed, pass);
         let mut scratch = Scratch::default();
         let mut record = Record::new(shift.as_ref());
         for index in pixels {
-            let (x, y) = tiling.map_or((x0 + index % width, y0 + index / width), |tiling| tiling.pixel(index));
-            let pixel = (y - y0) * width + x - x0;
-            let mut numbers = RandomNumbers::for_path(seed, pass, pixel);
-            let at_camera = numbers.vertex(0);
-            let on_lens = |at_camera: VertexNumbers| camera.lens_point(pair(&at_camera, Slot::LightU, Slot::LightV));
-            let place = DVec2::new(x.into(), y.into()) + pair(&at_camera, Slot::DirectionU, Slot::DirectionV);
-            let lens = on_lens(at_camera);
-            if let Some(bounds) = tiling.map(|tiling| tiling.tile(x, y))
-                && tile.as_ref().is_none_or(|(known, _)| *known != bounds)
-            {
-                // All paths of a tile go through one point of the lens: that of its first pixel, sampled here or not.
-                let [left, top, ..] = bounds;
-                let lens = on_lens(RandomNumbers::for_path(seed, pass, (top - y0) * width + left - x0).vertex(0));
-                let traced = Tile::trace(self.scene, self.queries, bounds, place, lens)?;
-                stats.rays += traced.views().len() as u64;
-                tile = Some((bounds, traced));
-            }
-            let tile = tile.as_ref().map(|(_, tile)| tile);
+            let CameraSample { pixel, place, view, mut numbers, .. } = samples.sample(index, stats)?;
             record.clear();
-            self.trace(self.view(tile, place, lens, stats)?, &mut numbers, &mut record, stats)?;
+            self.trace(view, &mut numbers, &mut record, stats)?;
             let plain = record.plain;
-            if let (Some(options), Some(shiftable)) = (&shift, record.finish()) {
-                let draw = Draw { tiles: tile_numbers(seed, pass), random: shift_numbers(seed, pass, pixel) };
-                let batch = scratch.shift(self.scene, self.queries, options, shiftable, tile, draw, |p, c| film.add(p, c))?;
+            if let (Some(options), Some(path)) = (&samples.shift, record.finish()) {
+                let (tile, draw) = (samples.tile(), samples.draw(pixel));
+                let batch = scratch.shift(self.scene, self.queries, options, path, tile, draw, |p, c| film.add(p, c))?;
                 stats.add_batch(&batch);
             }
             // All of a path or nothing: a callback can stop the shifts, but only before their first splat.
@@ -117,18 +93,6 @@ impl<Q: Queries> PathTracer<'_, Q> {
             stats.paths += 1;
         }
         Ok(())
-    }
-
-    /// What the camera sees at an image point.
-    fn view(&self, tile: Option<&Tile>, pixel: DVec2, lens: DVec2, stats: &mut Stats) -> Result<View, Stop> {
-        if let Some(view) = tile.and_then(|tile| tile.view(pixel)) {
-            return Ok(*view);
-        }
-        let mut view = [View::through(self.scene, pixel, lens)];
-        View::trace(&mut view, self.scene, self.queries)?;
-        stats.rays += 1;
-        let [view] = view;
-        Ok(view)
     }
 
     /// The whole path that begins with `view`, from primary sample numbers, into an empty record.

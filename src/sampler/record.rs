@@ -8,7 +8,7 @@ use crate::math::{Colour, DVec3, transmittance};
 use crate::medium::{EdgeMoments, Line, moments};
 use crate::phase::Phase;
 use crate::scene::{ImagePoint, Scene};
-use crate::shift::{self, Bounce, Chain, Depth, Link, Next, Onwards, Place, RunVertex, Shiftable};
+use crate::shift::{self, Bounce, Chain, Depth, Exit, Link, Next, Onwards, Place, RunVertex, Shiftable};
 
 /// How far along the path the recording is.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +72,7 @@ impl Arrival<'_> {
     fn run_vertex(&self, depth: Depth) -> Option<RunVertex> {
         let Next::Point { position, .. } = self.next else { return None };
         let Line { direction, length, .. } = self.line;
-        Some(RunVertex { x: position, place: self.place?, depth, to_previous: -direction, distance: length, light: None })
+        Some(RunVertex { x: position, place: self.place?, depth, to_previous: -direction, distance: length })
     }
 }
 
@@ -242,8 +242,9 @@ impl Record {
                     Depth::constant(event.optical_depth)
                 };
                 let rest = self.rest * event.emitted;
-                if let Some(vertex) = self.shiftable.as_mut().and_then(Shiftable::last_mut) {
-                    vertex.light = Some((Link { next: event.next, depth }, rest));
+                if let Some(path) = &mut self.shiftable {
+                    let from = path.run().len().saturating_sub(1);
+                    path.leave(Exit { from, link: Link { next: event.next, depth }, wing: None, rest });
                 }
             }
             Stage::Next { phase: Some(_), .. } => {

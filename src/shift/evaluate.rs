@@ -38,9 +38,9 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
         } else {
             self.see(chunk)?
         }
-        for (i, vertex) in path.run().iter().enumerate() {
-            if let Some((link, _)) = &vertex.light {
-                self.connect(chunk, i, link, |value, aim, depth| value.reach_light(i, aim, depth))?;
+        for i in 0..path.run().len() {
+            for (g, exit) in path.exits().iter().enumerate().filter(|(_, exit)| exit.from == i) {
+                self.connect(chunk, i, &exit.link, |value, aim, depth| value.exit(g, exit, aim, depth))?;
             }
             if let Some(onwards) = path.onwards.as_ref().filter(|onwards| onwards.from == i) {
                 self.connect(chunk, i, &onwards.link, |value, aim, depth| value.go_onwards(onwards, aim, depth))?;

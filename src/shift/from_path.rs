@@ -77,7 +77,7 @@ fn run_vertex(scene: &Scene, path: &Path, i: usize, mode: Mode) -> Result<RunVer
         Depth::whole(&moments(&edge))
     };
     let x = path.position(scene, i)?;
-    Ok(RunVertex { x, place, depth, to_previous: -edge.direction, distance: edge.length, light: None })
+    Ok(RunVertex { x, place, depth, to_previous: -edge.direction, distance: edge.length })
 }
 
 /// The link from the run's last vertex to the next one.

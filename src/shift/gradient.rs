@@ -46,8 +46,11 @@ pub(super) fn group_gradients(camera: &Camera, scene: &Scene, path: &Shiftable, 
             let seen = Seen::from(&camera.at(path.image.ray.origin), vertex.x, Neighbour::Camera);
             a = a.plus(seen.geometry_gradient() + seen.importance_gradient(camera));
         }
-        if let Some((link, _)) = &vertex.light {
-            set(i, a.plus(link_gradient(camera, scene, path, i, link)).minus(&link.depth.slope));
+        for (g, exit) in path.exits().iter().enumerate().filter(|(_, exit)| exit.from == i) {
+            let gradient = a.plus(link_gradient(camera, scene, path, i, &exit.link)).minus(&exit.link.depth.slope);
+            let wing = exit.wing.map(|(phase, to_other)| Wing { phase, to_other });
+            let seen = Seen::from(camera, vertex.x, exit.link.next.neighbour());
+            set(g, gradient.plus(wing.map_or(DVec3::ZERO, |wing| seen.wing_gradient(&wing))));
         }
         if let Some(onwards) = path.onwards.as_ref().filter(|onwards| onwards.from == i) {
             let gradient = a.plus(link_gradient(camera, scene, path, i, &onwards.link)).minus(&onwards.link.depth.slope);

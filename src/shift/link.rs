@@ -95,8 +95,28 @@ pub struct Link {
     pub depth: Depth,
 }
 
+/// A contribution that leaves the run by a link of its own: a next-event estimate, or another vertex of a light's subpath.
+#[derive(Clone, Copy, Debug)]
+pub struct Exit {
+    /// The run's vertex where it starts.
+    pub from: usize,
+    pub link: Link,
+    /// Where it ends in a medium, the phase function there and the unit vector onwards.
+    pub wing: Option<(Phase, DVec3)>,
+    pub rest: Colour,
+}
+
+impl Exit {
+    pub(super) const NONE: Self = Self {
+        from: 0,
+        link: Link { next: Next::Direction(DVec3::Z), depth: Depth { at_x: Colour::ZERO, slope: [DVec3::ZERO; 3] } },
+        wing: None,
+        rest: Colour::ZERO,
+    };
+}
+
 /// Most contributions with a phase function of their own where the run's last link ends.
-pub const MAX_WINGS: usize = 2;
+pub const MAX_WINGS: usize = 4;
 
 /// The link by which the path goes on from the run, and the contributions that go along it.
 #[derive(Clone, Copy, Debug)]

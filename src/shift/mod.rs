@@ -20,7 +20,7 @@ pub use batch::{BatchStats, Scratch, shift};
 pub use chain::{Bounce, Chain, MAX_CHAIN};
 pub use from_path::from_path;
 pub use kernel::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius};
-pub use link::{Depth, Link, Next, Onwards};
+pub use link::{Depth, Exit, Link, MAX_WINGS, Next, Onwards};
 pub use place::Draw;
 pub use run::{Place, RunVertex, Shiftable, volume_to_image};
 pub use tile::{Bounds, Tile, Tiling};

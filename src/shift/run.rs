@@ -1,18 +1,18 @@
 //! What of a path changes when its run moves, and what stays.
 //!
 //! The run x_1 … x_m are the vertices that move by one offset: medium vertices from the camera on, or a single one on a surface.
-//! Contributions leave it by links: to a light from any of its vertices, and onwards from the last. Each is
+//! Contributions leave it by links: exits from any of its vertices, to a light above all, and onwards from the last. Each is
 //!
 //! ```text
 //! f = A_i(x) · L(x) · w(x) · rest        A_1 = We G Tr σ_s,   A_{i+1} = A_i f_p Tr σ_s,   L = f_p G Tr  (or f_r G Tr)
 //! ```
 //!
-//! with w the phase function where the link onwards ends. `rest` stays; so do all distances and directions inside the run, whose G is
+//! with w the phase function where the link ends, if it ends in a medium. `rest` stays; so do all distances and directions inside the run, whose G is
 //! part of it. On a surface A_1 = Tr, in image measure: We G dA(x_1) is the image's own area.
 
 use super::chain::Chain;
 use super::kernel::MAX_RUN;
-use super::link::{Depth, Link, MAX_WINGS, Onwards};
+use super::link::{Depth, Exit, Link, MAX_WINGS, Onwards};
 use crate::math::{Colour, DVec3, transmittance};
 use crate::scene::{Bsdf, Camera, Hit, ImagePoint, Scene};
 
@@ -88,15 +88,16 @@ pub struct RunVertex {
     /// Unit direction to the vertex before, and distance from it.
     pub to_previous: DVec3,
     pub distance: f64,
-    /// The next-event estimate from here, and its `rest`.
-    pub light: Option<(Link, Colour)>,
 }
 
-/// Contributions that change differently: the next-event estimates, those onwards: without a wing, and with each wing; and that
-/// through specular surfaces.
-pub(super) const GROUPS: usize = MAX_RUN + 2 + MAX_WINGS;
-pub(super) const PLAIN: usize = MAX_RUN;
-pub(super) const WINGS: usize = MAX_RUN + 1;
+/// Most exits of a run: a next-event estimate from each vertex, or several from one.
+const MAX_EXITS: usize = MAX_RUN;
+
+/// Contributions that change differently: the exits', those onwards: without a wing, and with each wing; and that through specular
+/// surfaces.
+pub(super) const GROUPS: usize = MAX_EXITS + 2 + MAX_WINGS;
+pub(super) const PLAIN: usize = MAX_EXITS;
+pub(super) const WINGS: usize = MAX_EXITS + 1;
 const CHAIN: usize = WINGS + MAX_WINGS;
 
 /// One colour for each group.
@@ -108,6 +109,8 @@ pub struct Shiftable {
     pub image: ImagePoint,
     run: [RunVertex; MAX_RUN],
     length: usize,
+    exits: [Exit; MAX_EXITS],
+    exit_count: usize,
     pub onwards: Option<Onwards>,
     pub chain: Option<Chain>,
 }
@@ -115,7 +118,8 @@ pub struct Shiftable {
 impl Shiftable {
     /// A path without contributions yet.
     pub fn new(image: ImagePoint, first: RunVertex) -> Self {
-        Self { image, run: [first; MAX_RUN], length: 1, onwards: None, chain: None }
+        let exits = [Exit::NONE; MAX_EXITS];
+        Self { image, run: [first; MAX_RUN], length: 1, exits, exit_count: 0, onwards: None, chain: None }
     }
 
     /// The same in the place of another path, without writing all of it.
@@ -125,7 +129,7 @@ impl Shiftable {
 
     /// No path.
     pub fn clear(&mut self) {
-        (self.length, self.onwards, self.chain) = (0, None, None);
+        (self.length, self.exit_count, self.onwards, self.chain) = (0, 0, None, None);
     }
 
     pub fn run(&self) -> &[RunVertex] {
@@ -136,8 +140,23 @@ impl Shiftable {
         &self.run[0]
     }
 
-    pub fn last_mut(&mut self) -> Option<&mut RunVertex> {
-        self.run.get_mut(self.length.checked_sub(1)?)
+    /// The exits, by group.
+    pub fn exits(&self) -> &[Exit] {
+        self.exits.get(..self.exit_count).unwrap_or(&[])
+    }
+
+    /// Adds a contribution that leaves the run, if there is any. False: there is no room.
+    pub fn leave(&mut self, exit: Exit) -> bool {
+        if !(exit.rest.max_element() > 0.0) {
+            return true;
+        }
+        let slot = self.exits.get_mut(self.exit_count);
+        let room = slot.is_some();
+        if let Some(slot) = slot {
+            *slot = exit;
+            self.exit_count += 1;
+        }
+        room
     }
 
     /// Appends a vertex to the run. False: it is full.
@@ -154,26 +173,21 @@ impl Shiftable {
     /// Drops links that carry nothing, and vertices after the last that does. False: none is left.
     pub fn drop_what_carries_nothing(&mut self) -> bool {
         let carries = |rest: &Colour| rest.max_element() > 0.0;
-        let rests = self.rests();
-        if !rests[PLAIN..CHAIN].iter().any(carries) {
+        if !self.rests()[PLAIN..CHAIN].iter().any(carries) {
             self.onwards = None;
         }
-        for (vertex, _) in self.run.iter_mut().zip(&rests).filter(|(_, rest)| !carries(rest)) {
-            vertex.light = None;
-        }
-        let leaves = |i: usize| self.onwards.is_some_and(|onwards| onwards.from == i);
-        let needed = |i: usize| self.run[i].light.is_some() || leaves(i) || self.chain.is_some_and(|chain| chain.from == i);
-        let last = (0..self.length).rev().find(|i| needed(*i));
-        self.length = last.map_or(0, |last| last + 1);
+        // Exits carry something, whatever they are.
+        let from_exits = self.exits().iter().map(|exit| exit.from + 1).max();
+        let onwards = self.onwards.map(|onwards| onwards.from + 1);
+        let by_chain = self.chain.map(|chain| chain.from + 1);
+        self.length = from_exits.max(onwards).max(by_chain).unwrap_or(0);
         self.length > 0
     }
 
     /// `rest` of each group; 0 for those that carry nothing.
     pub(super) fn rests(&self) -> Groups {
         let mut rests = [Colour::ZERO; GROUPS];
-        for (rest, vertex) in rests.iter_mut().zip(self.run()) {
-            *rest = vertex.light.map_or(Colour::ZERO, |(_, rest)| rest);
-        }
+        rests.iter_mut().zip(self.exits()).for_each(|(rest, exit)| *rest = exit.rest);
         if let Some(onwards) = &self.onwards {
             rests[PLAIN] = onwards.plain;
             for (rest, (_, wing)) in rests[WINGS..CHAIN].iter_mut().zip(onwards.wings()) {
@@ -221,6 +235,24 @@ impl Shiftable {
         self.own(scene).values.iter().zip(self.rests()).map(|(value, rest)| *value * rest).sum()
     }
 
+    /// What an exit from the first vertex carries at x, for each unit of its `rest`.
+    pub fn value_of(&self, scene: &Scene, exit: &Exit) -> Colour {
+        let mut progress = self.first_alone(scene);
+        let Some(aim) = progress.aim(scene, self, 0, &exit.link) else { return Colour::ZERO };
+        progress.exit(0, exit, &aim, exit.link.depth.at_x);
+        progress.values[0]
+    }
+
+    /// What a chain from the first vertex does.
+    pub fn value_of_chain(&self, scene: &Scene, chain: &Chain) -> Colour {
+        self.first_alone(scene).towards(scene, self, 0, chain.direction) * chain.value
+    }
+
+    fn first_alone(&self, scene: &Scene) -> Progress {
+        let first = self.first();
+        Progress::at_first(scene, first.x, first.place, self.image, first.depth.at_x)
+    }
+
     /// f of the path whose first vertex is `y`, seen at `image`, with optical depths linear in the offset.
     pub(super) fn predicted(&self, scene: &Scene, y: DVec3, image: ImagePoint) -> Progress {
         let depth = self.first().depth.after(y - self.first().x);
@@ -233,10 +265,10 @@ impl Shiftable {
     pub(super) fn predict_links(&self, scene: &Scene, progress: &mut Progress) {
         let offset = progress.y - self.first().x;
         for i in 0..self.length {
-            if let Some((link, _)) = &self.run[i].light
-                && let Some(aim) = progress.aim(scene, self, i, link)
-            {
-                progress.reach_light(i, &aim, link.depth.after(offset));
+            for (g, exit) in self.exits().iter().enumerate().filter(|(_, exit)| exit.from == i) {
+                if let Some(aim) = progress.aim(scene, self, i, &exit.link) {
+                    progress.exit(g, exit, &aim, exit.link.depth.after(offset));
+                }
             }
             if let Some(onwards) = self.onwards.as_ref().filter(|onwards| onwards.from == i)
                 && let Some(aim) = progress.aim(scene, self, i, &onwards.link)
@@ -321,9 +353,10 @@ impl Progress {
         (geometry.max_element() > 0.0).then_some(Aim { direction, distance, geometry })
     }
 
-    /// A next-event estimate from vertex `i` arrives.
-    pub fn reach_light(&mut self, i: usize, aim: &Aim, optical_depth: Colour) {
-        self.values[i] = aim.geometry * transmittance(optical_depth);
+    /// What leaves by the exit of group `g` arrives.
+    pub fn exit(&mut self, g: usize, exit: &Exit, aim: &Aim, optical_depth: Colour) {
+        let value = aim.geometry * transmittance(optical_depth);
+        self.values[g] = exit.wing.map_or(value, |(phase, to_other)| value * phase.eval(-aim.direction.dot(to_other)));
     }
 
     /// The link onwards arrives.

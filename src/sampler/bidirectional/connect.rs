@@ -1,6 +1,6 @@
 //! Joins a subpath from the camera and one from a light to a path, and weighs it. [V97 10.3]
 
-use super::mis::{Heuristic, Junction, weight};
+use super::mis::{Heuristic, Junction, Repertoire, weight};
 use super::vertex::{Edge, Kind, Vertex};
 use crate::math::{Colour, DVec2, DVec3, transmittance};
 use crate::medium::{Line, optical_depth, optical_depth_or_dark};
@@ -24,6 +24,7 @@ pub struct Connector<'a, 'q, Q> {
     pub scene: &'a Scene<'a>,
     pub queries: &'q Q,
     pub heuristic: Heuristic,
+    pub repertoire: Repertoire,
     /// The camera's ray, and the point on the lens that paths from lights are connected to.
     pub pixel: DVec2,
     pub lens: DVec2,
@@ -184,7 +185,7 @@ impl<Q: Queries> Connector<'_, '_, Q> {
         if !(value.max_element() > 0.0) {
             return None;
         }
-        let weight = weight(camera, light, junction, self.heuristic);
+        let weight = weight(camera, light, junction, self.heuristic, &self.repertoire);
         (weight > 0.0).then_some(Connection { pixel, value, weight, edge })
     }
 }

@@ -1,5 +1,6 @@
 //! Weights of the techniques that could have made a path: (s, t) has s vertices from a light and t from the camera. [VG95] [V97 10.2]
 
+use super::Technique;
 use super::vertex::Vertex;
 
 /// How the densities of techniques make weights that sum to 1.
@@ -21,6 +22,23 @@ impl Heuristic {
     }
 }
 
+/// The techniques that make paths, of all that could.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repertoire {
+    /// Fewest vertices from the camera: 1, or 2 without connections to the camera itself.
+    pub camera: usize,
+    /// Most vertices from a light.
+    pub light: usize,
+}
+
+impl Repertoire {
+    pub const ALL: Self = Self { camera: 1, light: usize::MAX };
+
+    pub fn has(&self, technique: Technique) -> bool {
+        technique.camera >= self.camera && technique.light <= self.light
+    }
+}
+
 /// Densities, in the other subpath's direction, of the two vertices on either side of the connection and of those before them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Junction {
@@ -31,7 +49,15 @@ pub struct Junction {
 }
 
 /// The weight of the technique that joined these subpaths. Without light vertices the camera's last one is on a light.
-pub fn weight(camera: &[Vertex], light: &[Vertex], junction: &Junction, heuristic: Heuristic) -> f64 {
+pub fn weight(
+    camera: &[Vertex],
+    light: &[Vertex],
+    junction: &Junction,
+    heuristic: Heuristic,
+    repertoire: &Repertoire,
+) -> f64 {
+    let vertices = camera.len() + light.len();
+    let has = |camera: usize| repertoire.has(Technique { camera, light: vertices - camera });
     let reverse = |path: &[Vertex], near: &[f64; 2], i: usize| match path.len() - 1 - i {
         after @ 0..2 => near[after],
         _ => path[i].reverse,
@@ -42,7 +68,7 @@ pub fn weight(camera: &[Vertex], light: &[Vertex], junction: &Junction, heuristi
     let mut ratio = 1.0;
     for i in (1..camera.len()).rev() {
         ratio *= reverse(camera, &junction.camera, i) / camera[i].density;
-        if connects(camera, i) && connects(camera, i - 1) {
+        if connects(camera, i) && connects(camera, i - 1) && has(i) {
             sum += heuristic.of(ratio);
         }
     }
@@ -50,7 +76,7 @@ pub fn weight(camera: &[Vertex], light: &[Vertex], junction: &Junction, heuristi
     for i in (0..light.len()).rev() {
         ratio *= reverse(light, &junction.light, i) / light[i].density;
         let possible = if i == 0 { light[0].can_be_found() } else { !light[i].is_specular() && !light[i - 1].is_specular() };
-        if possible {
+        if possible && has(vertices - i) {
             sum += heuristic.of(ratio);
         }
     }

@@ -1,23 +1,28 @@
 //! Bidirectional path tracing in media: every way to split a path between a walk from the camera and one from a light, weighted with the
 //! true densities, free flight and phase functions included.
 
+mod bundle;
 mod connect;
 mod mis;
 mod shiftable;
 mod subpath;
 mod vertex;
 
+pub use bundle::MOST_LIGHT_VERTICES;
 pub use connect::{Connection, Connector};
-pub use mis::Heuristic;
+pub use mis::{Heuristic, Repertoire};
 pub use shiftable::Joined;
 pub use subpath::{Limits, MAX_LENGTH, Subpath, from_camera, from_light};
 pub use vertex::{Edge, Kind, Vertex};
 
+use super::camera_samples::{CameraSample, CameraSamples};
 use super::path_tracer::Stats;
 use super::primary::{PrimarySample, RandomNumbers, Slot, number, pair};
 use crate::film::Film;
 use crate::math::{Colour, DVec2};
-use crate::scene::{GUIDE_SIDE, Queries, Scene, Stop, View};
+use crate::scene::{GUIDE_SIDE, Queries, Scene, Stop};
+use crate::shift::{self, Scratch};
+use bundle::Bundle;
 use core::ops::Range;
 
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +33,20 @@ pub struct Options {
     pub rr_depth: u32,
     pub seed: u64,
     pub heuristic: Heuristic,
+    /// Most vertices of a light's subpath.
+    pub light_vertices: usize,
+    /// Batches of the camera subpaths' first vertices, in which techniques are those of [`Options::repertoire`].
+    pub shift: Option<shift::Options>,
+}
+
+impl Options {
+    /// Samples that are shifted begin with the camera's subpath: what a light's subpath shows the camera has a first vertex of its own.
+    fn repertoire(&self) -> Repertoire {
+        match self.shift {
+            Some(_) => Repertoire { camera: 2, light: self.light_vertices.min(MOST_LIGHT_VERTICES) },
+            None => Repertoire { light: self.light_vertices, ..Repertoire::ALL },
+        }
+    }
 }
 
 /// A way to make a path: with `camera` vertices of a subpath from there, and `light` ones from a light.
@@ -56,6 +75,9 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     /// One subpath through each of `pixels` of the camera's crop, numbered row by row, one from a light for each, and all their
     /// connections.
     pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        if self.options.shift.is_some() {
+            return self.shift_pixels(pass, pixels, film, stats);
+        }
         self.splat_pixels(pass, pixels, film, stats, |sample| sample.connection.value * sample.connection.weight)
     }
 
@@ -92,18 +114,49 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
         // All of a sample or nothing: a callback can stop it, but only before its first splat.
         let mut seen_elsewhere = [(DVec2::ZERO, Colour::ZERO); MAX_LENGTH];
-        for pixel in pixels {
+        let mut samples = CameraSamples::new(self.scene, self.queries, None, self.options.seed, pass);
+        for index in pixels {
             let (mut sum, mut count) = (Colour::ZERO, 0);
-            let place = self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
+            let first = samples.sample(index, stats)?;
+            let place = first.place;
+            self.sample(pass, first, &mut camera, &mut light, stats, |sample| {
                 if sample.camera.len() > 1 {
                     sum += share(sample);
                 } else if let Some(splat) = seen_elsewhere.get_mut(count) {
                     *splat = (sample.connection.pixel, share(sample));
                     count += 1;
                 }
+                Ok(())
             })?;
             seen_elsewhere.iter().take(count).for_each(|(place, value)| film.add(*place, *value));
             film.add(place, sum);
+            stats.paths += 1;
+        }
+        Ok(())
+    }
+
+    /// The same as `sample_pixels`, with a batch of every sample whose first vertex may move. With tiles, pixels are numbered tile by tile.
+    fn shift_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
+        let (mut camera, mut light) = (Subpath::default(), Subpath::default());
+        let mut samples = CameraSamples::new(self.scene, self.queries, self.options.shift, self.options.seed, pass);
+        let Some(options) = samples.shift else { return Ok(()) };
+        let (mut bundle, mut scratch) = (Bundle::default(), Scratch::default());
+        for index in pixels {
+            let first = samples.sample(index, stats)?;
+            let (pixel, place) = (first.pixel, first.place);
+            bundle.clear();
+            self.sample(pass, first, &mut camera, &mut light, stats, |sample| {
+                let Sample { camera, light, connection } = sample;
+                bundle.add(&Joined { scene: self.scene, camera, light, connection }, self.queries, &options)
+            })?;
+            let plain = bundle.plain;
+            if let Some(path) = bundle.finish() {
+                let (tile, draw) = (samples.tile(), samples.draw(pixel));
+                let batch = scratch.shift(self.scene, self.queries, &options, path, tile, draw, |p, c| film.add(p, c))?;
+                stats.add_batch(&batch);
+            }
+            // All of a sample or nothing: a callback can stop the shifts, but only before their first splat.
+            film.add(place, plain);
             stats.paths += 1;
         }
         Ok(())
@@ -113,12 +166,16 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     /// many rows for each light. From it [`Guide::learned`] knows where to send them.
     pub fn learn(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
-        for pixel in pixels {
+        let mut samples = CameraSamples::new(self.scene, self.queries, None, self.options.seed, pass);
+        for index in pixels {
             let mut sum = Colour::ZERO;
-            self.sample(pass, pixel, &mut camera, &mut light, stats, |sample| {
+            let first = samples.sample(index, stats)?;
+            let pixel = first.pixel;
+            self.sample(pass, first, &mut camera, &mut light, stats, |sample| {
                 if sample.light.len() > 1 {
                     sum += sample.connection.value * sample.connection.weight;
                 }
+                Ok(())
             })?;
             let first = RandomNumbers::for_light(self.options.seed, pass, pixel).vertex(0);
             if let Some((index, _, _)) = self.scene.lights.pick(number(&first, Slot::Light)) {
@@ -129,46 +186,38 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         Ok(())
     }
 
-    /// Everything that the two subpaths of one sample make, told to `tell` one by one. Returns the image point of the camera's.
-    pub fn sample(
+    /// Everything that the two subpaths of one sample make, told to `tell` one by one.
+    fn sample(
         &self,
         pass: u64,
-        pixel: u32,
+        first: CameraSample,
         camera: &mut Subpath<'a>,
         light: &mut Subpath<'a>,
         stats: &mut Stats,
-        mut tell: impl FnMut(&Sample),
-    ) -> Result<DVec2, Stop> {
-        let Options { max_length, rr_depth, seed, heuristic } = self.options;
+        mut tell: impl FnMut(&Sample) -> Result<(), Stop>,
+    ) -> Result<(), Stop> {
+        let Options { max_length, rr_depth, seed, heuristic, .. } = self.options;
+        let repertoire = self.options.repertoire();
         let scene = self.scene;
         let longest = (max_length as usize).min(MAX_LENGTH);
-        let mut numbers = RandomNumbers::for_path(seed, pass, pixel);
-        let first = numbers.vertex(0);
-        let [x0, y0, x1, _] = scene.camera.crop;
-        let width = (x1 - x0).max(1);
-        let corner = DVec2::new((x0 + pixel % width).into(), (y0 + pixel / width).into());
-        let place = corner + pair(&first, Slot::DirectionU, Slot::DirectionV);
-        let lens = scene.camera.lens_point(pair(&first, Slot::LightU, Slot::LightV));
-        let mut view = [View::through(scene, place, lens)];
-        View::trace(&mut view, scene, self.queries)?;
-        stats.rays += 1;
+        let CameraSample { pixel, place, lens, mut view, mut numbers } = first;
         let limits = Limits { vertices: longest + 1, rr_depth: rr_depth as usize };
-        from_camera(scene, self.queries, &mut view[0], limits, &mut numbers, camera, stats)?;
-        let limits = Limits { vertices: longest, ..limits };
+        from_camera(scene, self.queries, &mut view, limits, &mut numbers, camera, stats)?;
+        let limits = Limits { vertices: longest.min(repertoire.light), ..limits };
         let mut numbers = RandomNumbers::for_light(seed, pass, pixel);
         from_light(scene, self.queries, limits, &mut numbers, light, stats)?;
-        let connector = Connector { scene, queries: self.queries, heuristic, pixel: place, lens };
+        let connector = Connector { scene, queries: self.queries, heuristic, repertoire, pixel: place, lens };
         let (camera, light) = (camera.vertices(), light.vertices());
-        for t in 1..=camera.len() {
+        for t in repertoire.camera..=camera.len() {
             for s in 0..=light.len().min((longest + 1).saturating_sub(t)) {
                 let (camera, light) = (&camera[..t], &light[..s]);
                 if s + t > 2
                     && let Some(connection) = connector.connect(camera, light, stats)?
                 {
-                    tell(&Sample { camera, light, connection });
+                    tell(&Sample { camera, light, connection })?;
                 }
             }
         }
-        Ok(place)
+        Ok(())
     }
 }

@@ -79,20 +79,11 @@ impl<'a> Joined<'_, 'a> {
         path: &mut Option<Shiftable>,
     ) -> Result<bool, Stop> {
         let Some(run) = self.run(options) else { return Ok(false) };
-        let derivatives = options.mode.has_derivatives();
-        let scene = self.scene;
-        let lens = scene.camera.on_lens(self.camera[0].position);
-        let image = scene.camera.image_point(self.connection.pixel, self.vertex(1).position, lens);
-        let asker = Asker { path: self, queries, derivatives };
-        let Some(first) = self.run_vertex(1, &asker)? else { return Ok(false) };
-        let path = match path {
-            Some(path) => {
-                path.clear();
-                path.renew(image, first);
-                path
-            }
-            none => none.insert(Shiftable::new(image, first)),
-        };
+        let asker = Asker { path: self, queries, derivatives: options.mode.has_derivatives() };
+        if !self.first(&asker, path)? {
+            return Ok(false);
+        }
+        let Some(path) = path else { return Ok(false) };
         for i in 2..=run.length {
             let Some(vertex) = self.run_vertex(i, &asker)? else { return Ok(false) };
             path.push(vertex);
@@ -102,23 +93,39 @@ impl<'a> Joined<'_, 'a> {
         } else {
             path.onwards = Some(self.onwards(run.length, &asker)?);
         }
-        let scale = luminance(self.connection.value) * self.connection.weight / luminance(path.carried(scene));
+        let scale = luminance(self.connection.value) * self.connection.weight / luminance(path.carried(self.scene));
         path.scale(scale);
         Ok(scale.is_finite())
+    }
+
+    /// Makes x_1 alone of it, in the place of another path. False: it may not move.
+    pub(super) fn first<Q: Queries>(&self, asker: &Asker<Q>, path: &mut Option<Shiftable>) -> Result<bool, Stop> {
+        let moves = match self.vertex(1).kind {
+            Kind::Medium { .. } => true,
+            Kind::Surface { bsdf, .. } => !bsdf.is_specular() && !bsdf.transmits(),
+            _ => false,
+        };
+        let Some(first) = (if moves { self.run_vertex(1, asker)? } else { None }) else { return Ok(false) };
+        let camera = &self.scene.camera;
+        let lens = camera.on_lens(self.camera[0].position);
+        let image = camera.image_point(self.connection.pixel, self.vertex(1).position, lens);
+        match path {
+            Some(path) => {
+                path.clear();
+                path.renew(image, first);
+            }
+            none => *none = Some(Shiftable::new(image, first)),
+        }
+        Ok(true)
     }
 
     /// How many vertices move: medium vertices from the camera on, or one on a surface.
     fn run(&self, options: &shift::Options) -> Option<Run> {
         let last = self.last();
         let mut length = 1;
-        match self.vertex(1).kind {
-            Kind::Medium { .. } => {
-                while length < options.run && length + 1 < last && matches!(self.vertex(length + 1).kind, Kind::Medium { .. }) {
-                    length += 1;
-                }
-            }
-            Kind::Surface { bsdf, .. } if !bsdf.is_specular() && !bsdf.transmits() => {}
-            _ => return None,
+        let in_medium = |i: usize| matches!(self.vertex(i).kind, Kind::Medium { .. });
+        while in_medium(1) && length < options.run && length + 1 < last && in_medium(length + 1) {
+            length += 1;
         }
         if self.connects(length + 1) {
             return Some(Run { length, chain: false });
@@ -130,7 +137,7 @@ impl<'a> Joined<'_, 'a> {
     }
 
     /// Whether a link may end at x_i: what it does there does not depend on the direction, but for a phase function.
-    fn connects(&self, i: usize) -> bool {
+    pub(super) fn connects(&self, i: usize) -> bool {
         if i == self.last() {
             return self.source().is_some_and(|(light, _)| !light.has_profile());
         }
@@ -141,7 +148,7 @@ impl<'a> Joined<'_, 'a> {
     }
 
     /// Whether from x_i on there are only specular surfaces, and then a light that can be found.
-    fn is_chain(&self, i: usize) -> bool {
+    pub(super) fn is_chain(&self, i: usize) -> bool {
         let last = self.last();
         let found = self.source().is_some_and(|(light, normal)| normal.is_some() || light.is_environment());
         i < last && last - i <= shift::MAX_CHAIN && found && (i..last).all(|j| self.vertex(j).is_specular())
@@ -159,11 +166,24 @@ impl<'a> Joined<'_, 'a> {
         };
         let depth = asker.depth(i - 1, if i == 1 { Depth::far } else { |moments, _, _| Depth::whole(moments) })?;
         let (to_previous, distance) = (edge.back, edge.distance);
-        Ok(Some(RunVertex { x: vertex.position, place, depth, to_previous, distance, light: None }))
+        Ok(Some(RunVertex { x: vertex.position, place, depth, to_previous, distance }))
     }
 
-    /// The link from the run's last vertex to the next one.
+    /// The link from the run's last vertex to the next one, and all that goes along it.
     fn onwards<Q: Queries>(&self, run: usize, asker: &Asker<Q>) -> Result<Onwards, Stop> {
+        let (link, phase) = self.link(run, asker)?;
+        let mut onwards = Onwards::new(link, run - 1, phase);
+        let rest = self.rest(run + 1);
+        if run + 1 < self.last() && matches!(self.vertex(run + 1).kind, Kind::Medium { .. }) {
+            onwards.add_wing(-self.edge(run + 1).back, rest);
+        } else {
+            onwards.plain = rest;
+        }
+        Ok(onwards)
+    }
+
+    /// The link from x_i to the next vertex, and the phase function there.
+    pub(super) fn link<Q: Queries>(&self, run: usize, asker: &Asker<Q>) -> Result<(Link, Phase), Stop> {
         let next = self.vertex(run + 1);
         let back = self.edge(run).back;
         let (place, phase) = if run + 1 == self.last() {
@@ -179,14 +199,14 @@ impl<'a> Joined<'_, 'a> {
                 _ => (Next::Point { position: next.position, normal: None }, None),
             }
         };
-        let link = Link { next: place, depth: asker.depth(run, Depth::near)? };
-        let mut onwards = Onwards::new(link, run - 1, phase.unwrap_or(Phase::ISOTROPIC));
-        let rest = self.rest(run + 1);
-        match phase {
-            Some(_) => onwards.add_wing(-self.edge(run + 1).back, rest),
-            None => onwards.plain = rest,
-        }
-        Ok(onwards)
+        Ok((Link { next: place, depth: asker.depth(run, Depth::near)? }, phase.unwrap_or_default()))
+    }
+
+    /// The factors from x_i on, so that together with `value`, those before, they are what the connection says. None: they cannot be.
+    pub(super) fn rest_of(&self, i: usize, value: Colour) -> Option<Colour> {
+        let rest = self.rest(i);
+        let scale = luminance(self.connection.value) * self.connection.weight / luminance(value * rest);
+        scale.is_finite().then_some(rest * scale)
     }
 
     /// The factors from x_i on, of which only the ratios between the channels matter.
@@ -200,7 +220,7 @@ impl<'a> Joined<'_, 'a> {
     }
 
     /// The specular surfaces after the run, and the light at their end.
-    fn chain(&self, run: usize) -> Option<Chain> {
+    pub(super) fn chain(&self, run: usize) -> Option<Chain> {
         let mut chain = Chain::new(-self.edge(run).back, run - 1, Colour::ONE);
         for i in run..self.last() {
             chain.pass(self.edge(i).optical_depth, 1.0);
@@ -225,10 +245,10 @@ struct Run {
 }
 
 /// Asks the host again for the media along edges whose derivatives are needed.
-struct Asker<'p, 's, 'a, Q> {
-    path: &'p Joined<'s, 'a>,
-    queries: &'p Q,
-    derivatives: bool,
+pub(super) struct Asker<'p, 's, 'a, Q> {
+    pub path: &'p Joined<'s, 'a>,
+    pub queries: &'p Q,
+    pub derivatives: bool,
 }
 
 impl<Q: Queries> Asker<'_, '_, '_, Q> {
