@@ -266,7 +266,9 @@ typedef struct volgrad_bidirectional_options {
   // Most vertices of a subpath from a light; 0 is no limit, or 3 with shifts, which take no more. Few are best where light has a few bright
   // spots to come from: each costs a connection to every vertex from the camera.
   uint32_t light_vertices;
-  uint32_t reserved;
+  // Connections and batches that add less luminance than this to a pixel are made by chance only, and count as much more: unbiased, and
+  // faster where most of them are weak. A few times the image's mean luminance is good in scenes that are lit indirectly. 0: never.
+  float roulette;
   // Batches, as by `volgrad_shift_path`; only the first vertex moves, whatever `run` says. Lights' subpaths are then not connected to the camera
   // itself, so that paths through specular surfaces to directional, point and spot lights are missing. Its struct_size is that of this
   // library's version.

@@ -4,7 +4,7 @@ use super::films::{film, volgrad_film};
 use super::pointer::{sized_over, write_sized};
 use super::samplers::{HostQueries, NO_STATS, add_stats, pixel_range, volgrad_path_sampler_stats};
 use super::scenes::{scene, volgrad_scene};
-use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
+use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, number, options as shift_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_queries;
 use crate::sampler::Stats;
@@ -36,7 +36,9 @@ pub struct volgrad_bidirectional_options {
     /// Most vertices of a subpath from a light; 0 is no limit, or 3 with shifts, which take no more. Few are best where light has a few bright
     /// spots to come from: each costs a connection to every vertex from the camera.
     pub light_vertices: u32,
-    pub reserved: u32,
+    /// Connections and batches that add less luminance than this to a pixel are made by chance only, and count as much more: unbiased, and
+    /// faster where most of them are weak. A few times the image's mean luminance is good in scenes that are lit indirectly. 0: never.
+    pub roulette: f32,
     /// Batches, as by `volgrad_shift_path`; only the first vertex moves, whatever `run` says. Lights' subpaths are then not connected to the camera
     /// itself, so that paths through specular surfaces to directional, point and spot lights are missing. Its struct_size is that of this
     /// library's version.
@@ -50,7 +52,7 @@ pub(super) const DEFAULTS: volgrad_bidirectional_options = volgrad_bidirectional
     heuristic: VOLGRAD_HEURISTIC_BALANCE,
     seed: 0,
     light_vertices: 0,
-    reserved: 0,
+    roulette: 0.0,
     shift: SHIFT_DEFAULTS,
 };
 
@@ -172,5 +174,6 @@ pub(super) fn options(o: &volgrad_bidirectional_options) -> Result<Options, Faul
     if shift.is_some() && light_vertices > most {
         return Err(VOLGRAD_ERROR_RANGE.at(c"light_vertices", 0));
     }
-    Ok(Options { max_length: o.max_length, rr_depth: o.rr_depth, seed: o.seed, heuristic, light_vertices, shift })
+    let roulette = number(o.roulette, |roulette| roulette >= 0.0, c"roulette")?;
+    Ok(Options { max_length: o.max_length, rr_depth: o.rr_depth, seed: o.seed, heuristic, light_vertices, roulette, shift })
 }

@@ -136,7 +136,7 @@ fn kernel(o: &volgrad_shift_options) -> Result<Kernel, Fault> {
     }
 }
 
-fn number(value: f32, ok: impl Fn(f64) -> bool, field: &'static CStr) -> Result<f64, Fault> {
+pub(super) fn number(value: f32, ok: impl Fn(f64) -> bool, field: &'static CStr) -> Result<f64, Fault> {
     let value = f64::from(value);
     if !value.is_finite() {
         return Err(VOLGRAD_ERROR_NOT_FINITE.at(field, 0));

@@ -61,6 +61,7 @@ const BOOTSTRAP: u64 = 6;
 const CHAIN: u64 = 7;
 const CHAIN_SHIFT: u64 = 8;
 const PLAN: u64 = 9;
+const ROULETTE: u64 = 10;
 
 /// 2³²/φ and 2³²/φ², where φ³ = φ + 1: multiples of these, modulo 2³², fill the unit square evenly.
 /// Source: M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018 (R₂).
@@ -94,6 +95,12 @@ impl PrimarySample for RandomNumbers {
 /// Uniform numbers for the shifts of the path through `pixel` in `pass`, independent of the path's own.
 pub fn shift_numbers(seed: u64, pass: u64, pixel: u32) -> impl FnMut() -> f64 {
     let mut rng = stream(seed, pass, pixel, SHIFT);
+    move || uniform(rng.next_u32())
+}
+
+/// Uniform numbers for what the bidirectional sample through `pixel` in `pass` leaves to chance because it is worth little.
+pub fn roulette_numbers(seed: u64, pass: u64, pixel: u32) -> impl FnMut() -> f64 {
+    let mut rng = stream(seed, pass, pixel, ROULETTE);
     move || uniform(rng.next_u32())
 }
 

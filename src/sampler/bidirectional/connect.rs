@@ -2,7 +2,7 @@
 
 use super::mis::{Heuristic, Junction, Repertoire, weight};
 use super::vertex::{Edge, Kind, Vertex};
-use crate::math::{Colour, DVec2, DVec3, transmittance};
+use crate::math::{Colour, DVec2, DVec3, luminance, transmittance};
 use crate::medium::{Line, optical_depth, optical_depth_or_dark};
 use crate::sampler::path_tracer::Stats;
 use crate::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, Queries, Ray, Scene, Stop, View};
@@ -19,12 +19,30 @@ pub struct Connection {
     pub edge: Option<Edge>,
 }
 
+/// Chance decides about what is worth little: it counts as much more as it is rarer. [AK90]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Roulette {
+    /// Luminance from which on nothing is left to chance; 0: never.
+    pub threshold: f64,
+    /// Uniform in (0, 1), one for each decision.
+    pub number: f64,
+}
+
+impl Roulette {
+    /// Probability with which something of this luminance at most is made; None: this time it is not.
+    pub fn survival(&self, luminance: f64) -> Option<f64> {
+        let probability = if luminance < self.threshold { luminance / self.threshold } else { 1.0 };
+        (self.number < probability).then_some(probability)
+    }
+}
+
 /// What connecting needs besides the subpaths.
 pub struct Connector<'a, 'q, Q> {
     pub scene: &'a Scene<'a>,
     pub queries: &'q Q,
     pub heuristic: Heuristic,
     pub repertoire: Repertoire,
+    pub roulette: Roulette,
     /// The camera's ray, and the point on the lens that paths from lights are connected to.
     pub pixel: DVec2,
     pub lens: DVec2,
@@ -80,6 +98,9 @@ impl<Q: Queries> Connector<'_, '_, Q> {
         if !(scattering.max_element() > 0.0) {
             return Ok(None);
         }
+        let unoccluded =
+            last.throughput * scattering * (scene.camera.direction_density(image.ray.cosine) / (image.distance * image.distance));
+        let Some(survival) = self.roulette.survival(luminance(unoccluded)) else { return Ok(None) };
         let mut view = [View { pixel: image.pixel, ray: image.ray, hit: Hit::EMPTY, optical_depth: None }];
         View::trace(&mut view, scene, self.queries)?;
         stats.rays += 1;
@@ -94,10 +115,7 @@ impl<Q: Queries> Connector<'_, '_, Q> {
         let depth = optical_depth(&view.line(scene, image.distance.min(view.length())));
         let edge = edge(to_camera, image.distance, depth);
         let mut forward = camera[0].density_of(scene, DVec3::ZERO, last, &edge);
-        let value = last.throughput
-            * scattering
-            * edge.transmittance
-            * (scene.camera.direction_density(image.ray.cosine) * edge.spread());
+        let value = unoccluded * edge.transmittance / survival;
         if matches!(last.kind, Kind::Medium { .. }) {
             forward /= view.collision_share(scene);
         }
@@ -126,9 +144,11 @@ impl<Q: Queries> Connector<'_, '_, Q> {
         if !(vacuum.max_element() > 0.0 && distance > 0.0) {
             return Ok(None);
         }
+        let unoccluded = vacuum * Edge { distance, ..Edge::NONE }.spread();
+        let Some(survival) = self.roulette.survival(luminance(unoccluded)) else { return Ok(None) };
         let Some(depth) = self.depth_between(z, y, direction, distance, stats)? else { return Ok(None) };
         let edge = edge(-direction, distance, depth);
-        let value = vacuum * edge.transmittance * edge.spread();
+        let value = unoccluded * edge.transmittance / survival;
         let scene = self.scene;
         let mut junction = Junction::default();
         junction.camera[0] = y.density_of(scene, y_back, z, &edge.reversed());

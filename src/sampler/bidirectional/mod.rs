@@ -9,7 +9,7 @@ mod subpath;
 mod vertex;
 
 pub use bundle::MOST_LIGHT_VERTICES;
-pub use connect::{Connection, Connector};
+pub use connect::{Connection, Connector, Roulette};
 pub use mis::{Heuristic, Repertoire};
 pub use shiftable::Joined;
 pub use subpath::{Limits, MAX_LENGTH, Subpath, from_camera, from_light};
@@ -17,9 +17,9 @@ pub use vertex::{Edge, Kind, Vertex};
 
 use super::camera_samples::{CameraSample, CameraSamples};
 use super::path_tracer::Stats;
-use super::primary::{PrimarySample, RandomNumbers, Slot, number, pair};
+use super::primary::{PrimarySample, RandomNumbers, Slot, number, pair, roulette_numbers};
 use crate::film::Film;
-use crate::math::{Colour, DVec2};
+use crate::math::{Colour, DVec2, luminance};
 use crate::scene::{GUIDE_SIDE, Queries, Scene, Stop};
 use crate::shift::{self, Scratch};
 use bundle::Bundle;
@@ -35,6 +35,8 @@ pub struct Options {
     pub heuristic: Heuristic,
     /// Most vertices of a light's subpath.
     pub light_vertices: usize,
+    /// What adds less luminance to a pixel is left to chance; 0: nothing is.
+    pub roulette: f64,
     /// Batches of the camera subpaths' first vertices, in which techniques are those of [`Options::repertoire`].
     pub shift: Option<shift::Options>,
 }
@@ -151,9 +153,13 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
             })?;
             let plain = bundle.plain;
             if let Some(path) = bundle.finish() {
-                let (tile, draw) = (samples.tile(), samples.draw(pixel));
-                let batch = scratch.shift(self.scene, self.queries, &options, path, tile, draw, |p, c| film.add(p, c))?;
-                stats.add_batch(&batch);
+                let (tile, mut draw) = (samples.tile(), samples.draw(pixel));
+                let roulette = Roulette { threshold: self.options.roulette, number: (draw.random)() };
+                if let Some(survival) = roulette.survival(luminance(path.carried(self.scene))) {
+                    let splat = |place, colour| film.add(place, colour / survival);
+                    let batch = scratch.shift(self.scene, self.queries, &options, path, tile, draw, splat)?;
+                    stats.add_batch(&batch);
+                }
             }
             // All of a sample or nothing: a callback can stop the shifts, but only before their first splat.
             film.add(place, plain);
@@ -206,11 +212,14 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         let limits = Limits { vertices: longest.min(repertoire.light), ..limits };
         let mut numbers = RandomNumbers::for_light(seed, pass, pixel);
         from_light(scene, self.queries, limits, &mut numbers, light, stats)?;
-        let connector = Connector { scene, queries: self.queries, heuristic, repertoire, pixel: place, lens };
+        let mut chance = roulette_numbers(seed, pass, pixel);
+        let queries = self.queries;
         let (camera, light) = (camera.vertices(), light.vertices());
         for t in repertoire.camera..=camera.len() {
             for s in 0..=light.len().min((longest + 1).saturating_sub(t)) {
                 let (camera, light) = (&camera[..t], &light[..s]);
+                let roulette = Roulette { threshold: self.options.roulette, number: chance() };
+                let connector = Connector { scene, queries, heuristic, repertoire, roulette, pixel: place, lens };
                 if s + t > 2
                     && let Some(connection) = connector.connect(camera, light, stats)?
                 {

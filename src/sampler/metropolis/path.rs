@@ -1,7 +1,7 @@
 //! The path that a technique makes of primary sample numbers.
 
 use crate::math::{DVec2, luminance};
-use crate::sampler::bidirectional::{Connection, Connector, Heuristic, Limits, Repertoire, Subpath, Technique, from_camera, from_light};
+use crate::sampler::bidirectional::{Connection, Connector, Heuristic, Limits, Repertoire, Roulette, Subpath, Technique, from_camera, from_light};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{PrimarySample, Slot, pair};
 use crate::scene::{Queries, Scene, Stop, View};
@@ -46,7 +46,8 @@ pub fn make<'a, Q: Queries>(
         return Ok(None);
     }
     let repertoire = Repertoire::ALL;
-    let connector = Connector { scene, queries, heuristic: Heuristic::Balance, repertoire, pixel: place, lens };
+    let roulette = Roulette::default();
+    let connector = Connector { scene, queries, heuristic: Heuristic::Balance, repertoire, roulette, pixel: place, lens };
     connector.connect(room.camera.vertices(), room.light.vertices(), stats)
 }
 
