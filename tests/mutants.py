@@ -683,6 +683,20 @@ MUTANTS = [
         "metropolis other_techniques_make_the_same_path",
     ),
     Mutant(
+        "metropolis: the inverse forgets a light's guide",
+        "src/sampler/metropolis/inverse.rs",
+        "scene.lights.unguide(index, direction?)",
+        "direction?",
+        "metropolis numbers_come_back",
+    ),
+    Mutant(
+        "metropolis: the inverse gives 0 and 1",
+        "src/sampler/metropolis/inverse.rs",
+        "number.clamp(LEAST, 1.0 - LEAST)",
+        "*number",
+        "metropolis numbers_stay_between_0_and_1",
+    ),
+    Mutant(
         "metropolis: paths without a value are not counted",
         "src/sampler/metropolis/chain.rs",
         "self.dropped += u64::from(decision.dropped);",
