@@ -4,6 +4,7 @@
 //! |---|---|
 //! | the same image as the path sampler's, with and without shifts? | [`agreement`] |
 //! | is a joined path prepared for shifting like any other sampler's? | [`shiftable`] |
+//! | 1 in a furnace, all lengths together? | [`furnace`] |
 //! | right from the first mutation on, whatever the bootstrap? | [`start`] |
 //! | are techniques tried as often as was learned? | [`techniques`] |
 //! | which numbers make a path? | [`inverse`] |
@@ -22,6 +23,7 @@ mod agreement;
 mod allocation;
 mod chains;
 mod determinism;
+mod furnace;
 mod inverse;
 mod robustness;
 mod shiftable;
