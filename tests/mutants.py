@@ -704,6 +704,20 @@ MUTANTS = [
         "metropolis paths_without_a_value_are_counted",
     ),
     Mutant(
+        "metropolis: samples without a value are not counted",
+        "src/sampler/metropolis/bootstrap.rs",
+        "chain_stats.dropped += u64::from(!value.is_finite());",
+        "",
+        "metropolis samples_and_burn_in_without_a_value_are_counted",
+    ),
+    Mutant(
+        "metropolis: chains take any scene",
+        "src/sampler/metropolis/chain.rs",
+        "if same { Ok(room) }",
+        "if same || true { Ok(room) }",
+        "metropolis strangers",
+    ),
+    Mutant(
         "metropolis: brightness of all lengths instead of one",
         "src/sampler/metropolis/bootstrap.rs",
         "brightness: sum / self.samples as f64,",

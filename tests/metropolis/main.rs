@@ -11,6 +11,7 @@
 //! | the same bits however calls are divided? | [`determinism`] |
 //! | what if a callback stops? | [`stops`] |
 //! | what if the scene has values beyond all numbers? | [`robustness`] |
+//! | what if a chain gets another scene, seed or table than its samples had? | [`strangers`] |
 //! | is no memory allocated? | [`allocation`] |
 
 #[path = "../common/statistics.rs"]
@@ -29,6 +30,7 @@ mod robustness;
 mod shiftable;
 mod start;
 mod stops;
+mod strangers;
 mod techniques;
 
 use volgrad::shift::{self, Kernel, Mode, Radius};
