@@ -677,7 +677,8 @@ typedef struct volgrad_camera {
 } volgrad_camera;
 
 // Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
-// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count as 0.
+// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
+// as 0, and are counted: `volgrad_scene_dropped_densities`.
 typedef void (*volgrad_density_fn)(void *user, const struct volgrad_vec3 *points, float *densities, uint32_t count);
 
 // Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
@@ -956,6 +957,11 @@ volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
                                    const struct volgrad_queries *queries,
                                    struct volgrad_film *film,
                                    struct volgrad_chain_stats *stats);
+
+// How many values of the scene's custom densities were NaN, infinite or negative, and how many of their gradients were not finite, since
+// `volgrad_scene_init`: all of them count as 0. A scene's guided scenes count with it. While other threads use the scene this is what they
+// have counted by now.
+volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene, uint64_t *dropped);
 
 // Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
 volgrad_status volgrad_film_size(uint32_t width, uint32_t height, uintptr_t *bytes);

@@ -5,7 +5,7 @@ use super::convert::MAX_IMAGE_SIDE;
 use super::films::{film, volgrad_film};
 use super::pointer::{output, sized_over};
 use super::samplers::{HostQueries, NO_STATS, add_stats, pixel_numbers, volgrad_path_sampler_stats};
-use super::scenes::{ALIGNMENT, STAMP, check_memory, fill, scene, volgrad_scene};
+use super::scenes::{ALIGNMENT, STAMP, check_memory, fill, object, scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_queries;
 use crate::film::Film;
@@ -104,7 +104,8 @@ pub unsafe extern "C" fn volgrad_guide_init(
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract, here and below.
-        let (scene, film, write) = unsafe { (self::scene(scene)?, self::film(film)?, output(guided)?) };
+        let (volgrad_scene { scene, fields, .. }, film) = unsafe { (self::object(scene)?, self::film(film)?) };
+        let write = unsafe { output(guided) }?;
         check_size(scene, &film)?;
         check_memory(memory, bytes, bytes_of(scene))?;
         let object = memory.cast::<volgrad_scene>();
@@ -116,7 +117,7 @@ pub unsafe extern "C" fn volgrad_guide_init(
             unsafe { fill(memory.cast::<u8>().add(place), scene.lights.lights.len(), |light| Ok(guide(&film, light)))? };
         let lights = Lights { guides, ..scene.lights };
         // SAFETY: as above.
-        unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { lights, ..*scene } }) };
+        unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { lights, ..*scene }, fields }) };
         write(object);
         Ok(())
     })())
