@@ -35,7 +35,7 @@ fn begun(samples: &World, world: &World, seed: u64, own_table: bool) -> (usize, 
     };
     let techniques = learn(SEED, SETUP.lengths, &sample(&alike));
     let weights = sample(&techniques);
-    let options = Options { seed, large_step: 0.3, burn_in: SETUP.burn_in, shift: None, shift_every: 1 };
+    let options = Options { seed, ..Chains::new(samples, &SETUP, SEED).options };
     let scene = world.scene();
     let sampler = Metropolis { scene: &scene, queries: &world.geometry, options };
     let (mut all, mut good) = (0, 0);
