@@ -202,8 +202,10 @@ enum volgrad_status
   VOLGRAD_ERROR_NOT_INITIALISED = 16,
   // A file could not be read or written, or is not what it should be.
   VOLGRAD_ERROR_FILE = 17,
+  // A chain's path is not what it was: the scene, its guides, the seed or the techniques are not those of the samples and the plan.
+  VOLGRAD_ERROR_OTHER_PATH = 18,
   // A bug in the library or one of its dependencies; nothing of the call can be relied on.
-  VOLGRAD_ERROR_INTERNAL = 18,
+  VOLGRAD_ERROR_INTERNAL = 19,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -392,6 +394,32 @@ typedef struct volgrad_chain_techniques {
   float shares[66][65];
 } volgrad_chain_techniques;
 
+// Counts of what chains did, and the samples before them; each call adds to them.
+typedef struct volgrad_chain_stats {
+  // `sizeof(volgrad_chain_stats)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Bootstrap samples.
+  uint64_t samples;
+  // Mutations by kind, those accepted, those to a path that carries nothing, and those before the first that counts.
+  uint64_t large_steps;
+  uint64_t large_accepted;
+  uint64_t small_steps;
+  uint64_t small_accepted;
+  uint64_t dark;
+  uint64_t burn_in;
+  // Paths whose value was not finite, which were left out, among samples and all mutations.
+  uint64_t dropped;
+  // Rays of `intersect` and of `occluded`; rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`.
+  uint64_t rays;
+  uint64_t occlusion_rays;
+  uint64_t overflows;
+  // Batches, offsets tried, and those that stayed, as in `volgrad_path_sampler_stats`.
+  uint64_t shifted_paths;
+  uint64_t shifts;
+  uint64_t stays;
+} volgrad_chain_stats;
+
 // Where a chain begins, as `volgrad_chain_plan` finds it.
 typedef struct volgrad_chain_start {
   // Number of the bootstrap sample, and the edges of its path.
@@ -406,6 +434,8 @@ typedef struct volgrad_chain_start {
   // Brightness of this length as the other samples alone tell it, and as all do.
   float others;
   double brightness;
+  // What the chain should find where it begins, so that it knows whether it belongs to these samples.
+  double value;
 } volgrad_chain_start;
 
 // What the bootstrap says about the image.
@@ -418,30 +448,6 @@ typedef struct volgrad_chain_plan_result {
   double brightness;
   double relative_error;
 } volgrad_chain_plan_result;
-
-// Counts of what chains did; each call adds to them.
-typedef struct volgrad_chain_stats {
-  // `sizeof(volgrad_chain_stats)` of the caller.
-  uint32_t struct_size;
-  uint32_t reserved;
-  // Mutations by kind, those accepted, those to a path that carries nothing, and those before the first that counts.
-  uint64_t large_steps;
-  uint64_t large_accepted;
-  uint64_t small_steps;
-  uint64_t small_accepted;
-  uint64_t dark;
-  uint64_t burn_in;
-  // Paths whose value was not finite, which were left out.
-  uint64_t dropped;
-  // Rays of `intersect` and of `occluded`; rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`.
-  uint64_t rays;
-  uint64_t occlusion_rays;
-  uint64_t overflows;
-  // Batches, offsets tried, and those that stayed, as in `volgrad_path_sampler_stats`.
-  uint64_t shifted_paths;
-  uint64_t shifts;
-  uint64_t stays;
-} volgrad_chain_stats;
 
 // A linear RGB colour (Rec. 709 primaries, no gamma) as the host sees it.
 typedef struct volgrad_rgb {
@@ -688,7 +694,8 @@ typedef struct volgrad_camera {
 } volgrad_camera;
 
 // Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
-// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count as 0.
+// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
+// as 0, and are counted: `volgrad_scene_dropped_densities`.
 typedef void (*volgrad_density_fn)(void *user, const struct volgrad_vec3 *points, float *densities, uint32_t count);
 
 // Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
@@ -892,16 +899,18 @@ volgrad_status volgrad_bidirectional_run_technique(const struct volgrad_scene *s
                                                    struct volgrad_path_sampler_stats *stats);
 
 // Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
-// the image is, and where chains may begin. One that is not finite counts as 0. The array for all samples starts with number 0 and has no gaps;
-// threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples of that kind
-// `volgrad_chain_learn` makes a better choice, for a new array.
+// the image is, and where chains may begin. One that is not finite becomes 0 and is counted in stats->dropped. The array for all samples starts
+// with number 0 and has no gaps; threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples
+// of that kind `volgrad_chain_learn` makes a better choice, for a new array. `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or
+// `VOLGRAD_ERROR_INVALID_HIT` as many weights are written as stats->samples has grown by.
 volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
                                        const struct volgrad_queries *queries,
                                        const struct volgrad_chain_options *options,
                                        const struct volgrad_chain_techniques *techniques,
                                        uint64_t first,
                                        uint32_t count,
-                                       float *weights);
+                                       float *weights,
+                                       struct volgrad_chain_stats *stats);
 
 // How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
 // 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else: those that are made with the
@@ -933,7 +942,8 @@ volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *optio
 volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, uintptr_t *bytes);
 
 // Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. `options` and
-// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL.
+// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. `VOLGRAD_ERROR_OTHER_PATH` if `start` is not from
+// samples with this scene, these techniques and this seed.
 volgrad_status volgrad_chain_init(void *memory,
                                   uintptr_t bytes,
                                   const struct volgrad_scene *scene,
@@ -960,11 +970,17 @@ volgrad_status volgrad_chain_run(struct volgrad_chain *chain,
                                  struct volgrad_chain_stats *stats);
 
 // Adds to `film` what is due at the path where the chain is now, and leaves the chain as it is: a last call for each chain before the final
-// image, or into a copy of the film for one on the way.
+// image, or into a copy of the film for one on the way. `stats` may be NULL.
 volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
                                    const struct volgrad_scene *scene,
                                    const struct volgrad_queries *queries,
-                                   struct volgrad_film *film);
+                                   struct volgrad_film *film,
+                                   struct volgrad_chain_stats *stats);
+
+// How many values of the scene's custom densities were NaN, infinite or negative, and how many of their gradients were not finite, since
+// `volgrad_scene_init`: all of them count as 0. A scene's guided scenes count with it. While other threads use the scene this is what they
+// have counted by now.
+volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene, uint64_t *dropped);
 
 // Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
 volgrad_status volgrad_film_size(uint32_t width, uint32_t height, uintptr_t *bytes);
@@ -991,14 +1007,15 @@ volgrad_status volgrad_guide_film_size(const struct volgrad_scene *scene, uint32
 
 // As `volgrad_bidirectional_run`, but for the image: adds what the subpaths from each light carry to `film`, of
 // `volgrad_guide_film_size`, by where they go. Some ten samples for each of its pixels are enough. Films of several threads add up, as
-// all films do.
+// all films do. `stats` counts as there.
 volgrad_status volgrad_guide_learn(const struct volgrad_scene *scene,
                                    const struct volgrad_queries *queries,
                                    const struct volgrad_bidirectional_options *options,
                                    uint64_t pass,
                                    uint32_t first_pixel,
                                    uint32_t pixel_count,
-                                   struct volgrad_film *film);
+                                   struct volgrad_film *film,
+                                   struct volgrad_path_sampler_stats *stats);
 
 // Memory that a guided scene needs: 33 KiB for each light.
 volgrad_status volgrad_guide_size(const struct volgrad_scene *scene, uintptr_t *bytes);
@@ -1006,7 +1023,7 @@ volgrad_status volgrad_guide_size(const struct volgrad_scene *scene, uintptr_t *
 // Makes a scene in `memory` that is `scene`, but that the subpaths which the bidirectional sampler and chains start from its lights
 // go more often where the film says that they carry more. All else about it is the same, and every image still has the same
 // expectation: a fifth of the subpaths go wherever the lights shine. `bytes` as from `volgrad_guide_size`, aligned to 16. The new
-// scene refers to `scene`, whose memory has to outlive it. Chains of one plan all use the same guided scene.
+// scene refers to `scene`, whose memory has to outlive it. The samples, and all chains of their plan, use the same guided scene.
 volgrad_status volgrad_guide_init(void *memory,
                                   uintptr_t bytes,
                                   const struct volgrad_scene *scene,

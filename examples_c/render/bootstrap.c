@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "counts.h"
 #include "seconds.h"
 #include "team.h"
 
@@ -33,6 +34,7 @@ typedef struct {
     const volgrad_chain_options *options;
     const volgrad_chain_techniques *techniques; /* NULL: all alike */
     float *weights;                             /* of all samples */
+    volgrad_chain_stats *stats;                 /* of each thread */
     uint64_t first, end;
     double until;   /* on the wall's clock; INFINITY: no limit */
     int at_least;   /* is made whole */
@@ -43,9 +45,8 @@ static volgrad_status sample_item(void *user, unsigned worker, uint64_t item)
     const batch *t = user;
     uint64_t first = t->first + item * ITEM_SAMPLES;
     uint64_t left = t->end - first;
-    (void)worker;
     return volgrad_chain_bootstrap(t->job->scene, t->job->queries, t->options, t->techniques, first,
-                                   left < ITEM_SAMPLES ? (uint32_t)left : ITEM_SAMPLES, t->weights + first);
+                                   left < ITEM_SAMPLES ? (uint32_t)left : ITEM_SAMPLES, t->weights + first, &t->stats[worker]);
 }
 
 static int time_is_up(const render_job *job, double until)
@@ -130,6 +131,7 @@ static volgrad_status learn(bootstrap *b)
     batch t = {.job = job,
                .options = &options,
                .weights = b->weights,
+               .stats = b->stats,
                .end = wanted < MOST_LEARNING ? wanted : MOST_LEARNING,
                .until = time_of(b, LEARNING_SHARE_OF_TIME)};
     volgrad_status status = run_batch(&t, &count);
@@ -142,6 +144,7 @@ static volgrad_status run_samples(bootstrap *b, uint64_t end)
                .options = &b->job->chains->options,
                .techniques = &b->techniques,
                .weights = b->weights,
+               .stats = b->stats,
                .first = b->count,
                .end = end,
                .until = time_of(b, 1.0),
@@ -161,7 +164,8 @@ int bootstrap_run(bootstrap *b, const render_job *job, volgrad_status *status)
 {
     uint64_t end, asked = 0;
     *b = (bootstrap){.job = job, .start = seconds_wall(), .known = {.struct_size = sizeof b->known}};
-    if (!make_room(b, MOST_LEARNING)) {
+    b->stats = counts_of_chains(job->threads);
+    if (b->stats == NULL || !make_room(b, MOST_LEARNING)) {
         *status = VOLGRAD_OK;
         return 0;
     }
@@ -181,4 +185,5 @@ int bootstrap_run(bootstrap *b, const render_job *job, volgrad_status *status)
 void bootstrap_free(bootstrap *b)
 {
     free(b->weights);
+    free(b->stats);
 }

@@ -12,6 +12,7 @@ typedef struct {
     double start;   /* seconds_wall() */
     double seconds; /* that they took */
     volgrad_chain_plan_result known;
+    volgrad_chain_stats *stats; /* of each thread, what was learned from included */
 } bootstrap;
 
 /* Returns 0 on a failure: *status says which; VOLGRAD_OK: memory is out. To be freed in either case. */

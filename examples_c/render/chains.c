@@ -3,27 +3,19 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "counts.h"
 #include "seconds.h"
 #include "team.h"
 
-static void add_stats(volgrad_chain_stats *sum, const volgrad_chain_stats *more)
-{
-    sum->large_steps += more->large_steps;
-    sum->large_accepted += more->large_accepted;
-    sum->small_steps += more->small_steps;
-    sum->small_accepted += more->small_accepted;
-    sum->dark += more->dark;
-    sum->burn_in += more->burn_in;
-    sum->dropped += more->dropped;
-    sum->rays += more->rays;
-    sum->occlusion_rays += more->occlusion_rays;
-    sum->overflows += more->overflows;
-    sum->shifted_paths += more->shifted_paths;
-    sum->shifts += more->shifts;
-    sum->stays += more->stays;
-}
-
 /* ---- a piece of work is one chain ---- */
+
+enum { LENGTHS = VOLGRAD_MAX_LENGTH + 1 };
+
+/* Where a thread counts what it does with a chain. */
+static volgrad_chain_stats *stats_for(const chains *c, unsigned worker, uint64_t item)
+{
+    return &c->stats[worker * LENGTHS + c->starts[item].length];
+}
 
 /* A burn-in only tunes the steps, so without time for it the image is as right. */
 static volgrad_status init_item(void *user, unsigned worker, uint64_t item)
@@ -36,20 +28,21 @@ static volgrad_status init_item(void *user, unsigned worker, uint64_t item)
     }
     unsigned char *memory = (unsigned char *)c->memory + item * c->bytes_of_one;
     return volgrad_chain_init(memory, c->bytes_of_one, job->scene, job->queries, &options, c->techniques, &c->starts[item],
-                              &c->stats[worker], &c->each[item]);
+                              stats_for(c, worker, item), &c->each[item]);
 }
 
 static volgrad_status run_item(void *user, unsigned worker, uint64_t item)
 {
     const chains *c = user;
     const render_job *job = c->job;
-    return volgrad_chain_run(c->each[item], job->scene, job->queries, c->last_size, c->films.each[worker].film, &c->stats[worker]);
+    return volgrad_chain_run(c->each[item], job->scene, job->queries, c->last_size, c->films.each[worker].film,
+                             stats_for(c, worker, item));
 }
 
 static volgrad_status flush_item(void *user, unsigned worker, uint64_t item)
 {
     const chains *c = user;
-    return volgrad_chain_flush(c->each[item], c->job->scene, c->job->queries, c->films.each[worker].film);
+    return volgrad_chain_flush(c->each[item], c->job->scene, c->job->queries, c->films.each[worker].film, stats_for(c, worker, item));
 }
 
 static void report_init(void *user, uint64_t items)
@@ -120,10 +113,7 @@ static int make_room(chains *c, uint32_t wanted, volgrad_status *status)
     c->memory = aligned_memory(most * c->bytes_of_one);
     c->starts = calloc(most, sizeof *c->starts);
     c->each = calloc(most, sizeof *c->each);
-    c->stats = calloc(c->job->threads, sizeof *c->stats);
-    for (unsigned i = 0; c->stats != NULL && i < c->job->threads; ++i) {
-        c->stats[i].struct_size = sizeof c->stats[i];
-    }
+    c->stats = counts_of_chains((size_t)c->job->threads * LENGTHS);
     return c->memory != NULL && c->starts != NULL && c->each != NULL && c->stats != NULL;
 }
 
@@ -144,6 +134,20 @@ int chains_start(chains *c, const render_job *job, const bootstrap *b, volgrad_s
     return *status == VOLGRAD_OK;
 }
 
+/* What the threads counted, by length and in all. */
+static void add_up(const chains *c, chain_result *result)
+{
+    for (uint32_t i = 0; i < c->count; ++i) {
+        chain_length *length = &result->lengths[c->starts[i].length];
+        length->chains += 1;
+        length->brightness = c->starts[i].brightness;
+    }
+    for (size_t i = 0; i < (size_t)c->job->threads * LENGTHS; ++i) {
+        counts_add_chains(&result->lengths[i % LENGTHS].stats, &c->stats[i]);
+        counts_add_chains(&result->stats, &c->stats[i]);
+    }
+}
+
 volgrad_status chains_finish(chains *c, chain_result *result)
 {
     volgrad_status status = for_each(c, flush_item, NULL);
@@ -154,9 +158,7 @@ volgrad_status chains_finish(chains *c, chain_result *result)
     result->mutations_each = c->done;
     result->cpu_seconds = c->cpu_seconds;
     result->scale = (double)c->job->pixel_count / ((double)c->count * (double)c->done);
-    for (unsigned i = 0; i < c->job->threads; ++i) {
-        add_stats(&result->stats, &c->stats[i]);
-    }
+    add_up(c, result);
     return films_sum(&c->films, &result->film);
 }
 

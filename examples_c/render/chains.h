@@ -15,7 +15,7 @@ typedef struct {
     volgrad_chain_start *starts;
     volgrad_chain **each;
     films films;
-    volgrad_chain_stats *stats; /* of each thread */
+    volgrad_chain_stats *stats; /* of each thread, by length */
     uint64_t done;              /* mutations of each */
     double seconds;             /* that they took */
     double cpu_seconds;         /* of all threads, with burn-in */

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "counts.h"
 #include "seconds.h"
 #include "team.h"
 
@@ -23,6 +24,7 @@ typedef struct {
     uint32_t width, height; /* of the films */
     uint32_t items_per_pass;
     films films;
+    volgrad_path_sampler_stats *stats; /* of each thread */
 } lesson;
 
 static volgrad_status learn_item(void *user, unsigned worker, uint64_t item)
@@ -32,7 +34,7 @@ static volgrad_status learn_item(void *user, unsigned worker, uint64_t item)
     uint32_t first = (uint32_t)(item % l->items_per_pass) * ITEM_PIXELS;
     uint32_t left = job->pixel_count - first;
     return volgrad_guide_learn(job->scene, job->queries, &job->guide->options, item / l->items_per_pass, first,
-                               left < ITEM_PIXELS ? left : ITEM_PIXELS, l->films.each[worker].film);
+                               left < ITEM_PIXELS ? left : ITEM_PIXELS, l->films.each[worker].film, &l->stats[worker]);
 }
 
 static int enough(void *user)
@@ -72,6 +74,9 @@ static volgrad_status take_samples(lesson *l, guide *g, int *done)
                       .enough = enough};
     volgrad_status status = team_run(&task, &items);
     g->samples = items / l->items_per_pass * pixels + items % l->items_per_pass * ITEM_PIXELS;
+    for (unsigned i = 0; i < l->job->threads; ++i) {
+        counts_add_paths(&g->stats, &l->stats[i]);
+    }
     *done = items == task.item_count || g->samples >= some_for_each_cell(l);
     return status;
 }
@@ -91,7 +96,8 @@ static volgrad_status make_scene(guide *g, const render_job *job, volgrad_film *
 static int learn(lesson *l, guide *g, volgrad_status *status)
 {
     owned_film sum = {.memory = NULL};
-    if (!films_make(&l->films, l->job->threads, l->width, l->height, status)) {
+    l->stats = counts_of_paths(l->job->threads);
+    if (!films_make(&l->films, l->job->threads, l->width, l->height, status) || l->stats == NULL) {
         return 0;
     }
     int done = 0;
@@ -128,6 +134,7 @@ int guide_learn(guide *g, const render_job *job, volgrad_status *status)
     }
     int ok = learn(&l, g, status);
     films_free(&l.films);
+    free(l.stats);
     g->seconds = seconds_wall() - start;
     return ok;
 }

@@ -9,6 +9,7 @@ typedef struct {
     void *memory;               /* to be freed once that scene is not used any more */
     uint64_t samples;           /* that it learned from; 0: nothing is guided */
     double seconds;             /* that they took */
+    volgrad_path_sampler_stats stats;
 } guide;
 
 /* Without a time limit it depends on the job's seed only. Returns 0 on a failure: *status says which; VOLGRAD_OK: memory is out. To be

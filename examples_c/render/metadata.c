@@ -116,7 +116,9 @@ void metadata_collect(metadata *m, const image_source *source)
     add_number(m, "renderTimeSeconds", result->wall_seconds);
     add_number(m, "cpuTimeSeconds", result->cpu_seconds);
     add_number(m, "droppedSamples", (double)source->dropped);
-    add_number(m, "droppedPaths", (double)result->stats.overflows + (double)result->chains.stats.overflows);
+    uint64_t of_chains = result->chains.stats.overflows + result->chains.stats.dropped;
+    uint64_t of_bootstrap = result->chains.bootstrap.overflows + result->chains.bootstrap.dropped;
+    add_number(m, "droppedPaths", (double)(result->stats.overflows + of_chains + of_bootstrap));
     add_text(m, "integrator", options_integrator_name(source->options->integrator));
     if (source->options->integrator == INTEGRATOR_BDPT) {
         add_text(m, "heuristic", options_heuristic_name(source->options->heuristic));

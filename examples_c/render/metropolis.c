@@ -5,6 +5,7 @@
 
 #include "bootstrap.h"
 #include "chains.h"
+#include "counts.h"
 #include "pace.h"
 #include "passes.h"
 
@@ -102,6 +103,9 @@ static void tell(const bootstrap *b, const render_job *job, chain_result *result
     result->bootstrap_seconds = b->seconds;
     result->brightness = b->known.brightness;
     result->relative_error = b->known.relative_error;
+    for (unsigned i = 0; i < job->threads; ++i) {
+        counts_add_chains(&result->bootstrap, &b->stats[i]);
+    }
     if (b->known.brightness > 0.0) {
         snprintf(text, sizeof text, "brightness %.5g, known to %.2g %%, from %" PRIu64 " samples in %.2f s", b->known.brightness,
                  100.0 * b->known.relative_error, b->count, b->seconds);

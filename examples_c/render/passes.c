@@ -2,20 +2,10 @@
 
 #include <stdlib.h>
 
+#include "counts.h"
 #include "pace.h"
 #include "seconds.h"
 #include "team.h"
-
-static void add_stats(volgrad_path_sampler_stats *sum, const volgrad_path_sampler_stats *more)
-{
-    sum->paths += more->paths;
-    sum->rays += more->rays;
-    sum->occlusion_rays += more->occlusion_rays;
-    sum->shifted_paths += more->shifted_paths;
-    sum->shifts += more->shifts;
-    sum->stays += more->stays;
-    sum->overflows += more->overflows;
-}
 
 /* ---- one group of passes ---- */
 
@@ -81,10 +71,7 @@ int passes_start(passes *p, const render_job *job, volgrad_status *status)
 {
     *p = (passes){.job = job, .block_pixels = block_size(job)};
     p->blocks_per_pass = (job->pixel_count + p->block_pixels - 1) / p->block_pixels;
-    p->stats = calloc(job->threads, sizeof *p->stats);
-    for (unsigned i = 0; p->stats != NULL && i < job->threads; ++i) {
-        p->stats[i].struct_size = sizeof p->stats[i];
-    }
+    p->stats = counts_of_paths(job->threads);
     return films_make(&p->films, job->threads, job->width, job->height, status) && p->stats != NULL;
 }
 
@@ -92,7 +79,7 @@ volgrad_status passes_finish(passes *p, render_result *result)
 {
     result->passes = p->done;
     for (unsigned i = 0; i < p->job->threads; ++i) {
-        add_stats(&result->stats, &p->stats[i]);
+        counts_add_paths(&result->stats, &p->stats[i]);
     }
     return films_sum(&p->films, &result->film);
 }

@@ -33,6 +33,7 @@ int render_run(const render_job *job, render_result *result)
     int ok = guide_learn(&g, job, &result->status);
     result->guide_samples = g.samples;
     result->guide_seconds = g.seconds;
+    result->guide_stats = g.stats;
     if (ok) {
         render_job guided = *job;
         guided.scene = g.scene;

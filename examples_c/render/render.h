@@ -53,6 +53,13 @@ typedef struct {
     void (*note)(void *user, const char *text);
 } render_job;
 
+/* The chains of one path length. */
+typedef struct {
+    uint32_t chains;
+    double brightness;
+    volgrad_chain_stats stats;
+} chain_length;
+
 /* What chains made. All 0 without chains. */
 typedef struct {
     owned_film film;
@@ -63,7 +70,9 @@ typedef struct {
     double bootstrap_seconds;
     double brightness, relative_error; /* as in volgrad_chain_plan_result */
     double cpu_seconds;                /* of the mutations, of all threads */
-    volgrad_chain_stats stats;
+    volgrad_chain_stats stats;         /* of all chains */
+    volgrad_chain_stats bootstrap;     /* of the samples before them */
+    chain_length lengths[VOLGRAD_MAX_LENGTH + 1];
 } chain_result;
 
 typedef struct {
@@ -75,6 +84,7 @@ typedef struct {
     owned_film film; /* the sum of all passes; NULL unless status is VOLGRAD_OK */
     uint64_t guide_samples; /* that guides learned from; 0: no guides */
     double guide_seconds;   /* that it took */
+    volgrad_path_sampler_stats guide_stats;
     chain_result chains;
 } render_result;
 

@@ -1,14 +1,14 @@
 //! What Metropolis chains begin with: bootstrap samples, how often to try what, the plan of chains.
 
 use super::bidirectional::VOLGRAD_MAX_LENGTH;
-use super::chains::{DEFAULTS, options, volgrad_chain_options};
+use super::chains::{DEFAULTS, Work, add_stats, counted, options, volgrad_chain_options, volgrad_chain_stats};
 use super::pointer::{array, array_mut, check, output, sized_over, write_sized};
 use super::samplers::HostQueries;
 use super::scenes::{scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_queries;
+use crate::sampler::Lengths;
 use crate::sampler::metropolis::{Plan, Start, Techniques, bootstrap, learn};
-use crate::sampler::{Lengths, Stats};
 
 /// How often each path length and each technique is tried, as `volgrad_chain_learn` finds it.
 #[repr(C)]
@@ -50,6 +50,8 @@ pub struct volgrad_chain_start {
     /// Brightness of this length as the other samples alone tell it, and as all do.
     pub others: f32,
     pub brightness: f64,
+    /// What the chain should find where it begins, so that it knows whether it belongs to these samples.
+    pub value: f64,
 }
 
 /// What the bootstrap says about the image.
@@ -69,9 +71,10 @@ const NO_RESULT: volgrad_chain_plan_result =
     volgrad_chain_plan_result { struct_size: 0, chain_count: 0, brightness: 0.0, relative_error: 0.0 };
 
 /// Makes `count` independent samples, from number `first` on, and writes their values (w f/p, luminance) to `weights`. They tell how bright
-/// the image is, and where chains may begin. One that is not finite counts as 0. The array for all samples starts with number 0 and has no gaps;
-/// threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples of that kind
-/// `volgrad_chain_learn` makes a better choice, for a new array.
+/// the image is, and where chains may begin. One that is not finite becomes 0 and is counted in stats->dropped. The array for all samples starts
+/// with number 0 and has no gaps; threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples
+/// of that kind `volgrad_chain_learn` makes a better choice, for a new array. `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or
+/// `VOLGRAD_ERROR_INVALID_HIT` as many weights are written as stats->samples has grown by.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_bootstrap(
     scene: *const volgrad_scene,
@@ -81,6 +84,7 @@ pub unsafe extern "C" fn volgrad_chain_bootstrap(
     first: u64,
     count: u32,
     weights: *mut f32,
+    stats: *mut volgrad_chain_stats,
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract, here and below.
@@ -88,7 +92,10 @@ pub unsafe extern "C" fn volgrad_chain_bootstrap(
         let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         let weights = unsafe { array_mut(weights, count as usize) }?;
         let techniques = unsafe { self::techniques(techniques, lengths) }?;
-        Ok(bootstrap(scene, &queries, options.seed, &techniques, first, weights, &mut Stats::default())?)
+        let (counted, mut done) = (unsafe { counted(stats) }?, Work::default());
+        let result = bootstrap(scene, &queries, options.seed, &techniques, first, weights, &mut done.rays, &mut done.chain);
+        unsafe { add_stats(stats, counted, &done) }?;
+        Ok(result?)
     })())
 }
 
@@ -149,9 +156,9 @@ pub unsafe extern "C" fn volgrad_chain_plan(
             }
             let starts = unsafe { array_mut(starts, plan.chain_count as usize) }?;
             let mut next = 0;
-            plan.starts(weights, |Start { sample, length, share, chains, brightness, others }| {
+            plan.starts(weights, |Start { sample, length, share, chains, brightness, others, value }| {
                 if let Some(start) = starts.get_mut(next as usize) {
-                    *start = volgrad_chain_start { sample, length, index: next, share, chains, others, brightness };
+                    *start = volgrad_chain_start { sample, length, index: next, share, chains, others, brightness, value };
                     next += 1;
                 }
             });

@@ -46,13 +46,15 @@ pub(super) const DEFAULTS: volgrad_chain_options = volgrad_chain_options {
     shift: SHIFT_DEFAULTS,
 };
 
-/// Counts of what chains did; each call adds to them.
+/// Counts of what chains did, and the samples before them; each call adds to them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct volgrad_chain_stats {
     /// `sizeof(volgrad_chain_stats)` of the caller.
     pub struct_size: u32,
     pub reserved: u32,
+    /// Bootstrap samples.
+    pub samples: u64,
     /// Mutations by kind, those accepted, those to a path that carries nothing, and those before the first that counts.
     pub large_steps: u64,
     pub large_accepted: u64,
@@ -60,7 +62,7 @@ pub struct volgrad_chain_stats {
     pub small_accepted: u64,
     pub dark: u64,
     pub burn_in: u64,
-    /// Paths whose value was not finite, which were left out.
+    /// Paths whose value was not finite, which were left out, among samples and all mutations.
     pub dropped: u64,
     /// Rays of `intersect` and of `occluded`; rays that crossed more media than `VOLGRAD_MAX_SEGMENTS`.
     pub rays: u64,
@@ -134,7 +136,8 @@ pub unsafe extern "C" fn volgrad_chain_size(options: *const volgrad_chain_option
 }
 
 /// Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. `options` and
-/// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL.
+/// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. `VOLGRAD_ERROR_OTHER_PATH` if `start` is not from
+/// samples with this scene, these techniques and this seed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_init(
     memory: *mut c_void,
@@ -153,7 +156,7 @@ pub unsafe extern "C" fn volgrad_chain_init(
         let (options, lengths) = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         let write = unsafe { output(chain) }?;
         let counted = unsafe { counted(stats) }?;
-        let ok = start.brightness > 0.0 && start.share > 0.0 && start.others >= 0.0;
+        let ok = start.brightness > 0.0 && start.share > 0.0 && start.others >= 0.0 && start.value > 0.0;
         if !(ok && lengths.contains(start.length)) {
             return Err(VOLGRAD_ERROR_RANGE.at(c"start", 0));
         }
@@ -163,8 +166,8 @@ pub unsafe extern "C" fn volgrad_chain_init(
             memory.cast::<u8>().write_bytes(0, bytes_of(lengths.last));
             slice::from_raw_parts_mut(object.add(1).cast::<f64>(), capacity(lengths.last as usize))
         };
-        let volgrad_chain_start { sample, length, share, chains, brightness, others, .. } = *start;
-        let from = Start { sample, length, share, chains, brightness, others };
+        let volgrad_chain_start { sample, length, share, chains, brightness, others, value, .. } = *start;
+        let from = Start { sample, length, share, chains, brightness, others, value };
         let techniques = unsafe { self::techniques(techniques, lengths) }?;
         let state = State::new(&options, &techniques, start.index, from, numbers);
         let state = state.ok_or(VOLGRAD_ERROR_RANGE.at(c"start", 0))?;
@@ -218,30 +221,34 @@ pub unsafe extern "C" fn volgrad_chain_run(
 }
 
 /// Adds to `film` what is due at the path where the chain is now, and leaves the chain as it is: a last call for each chain before the final
-/// image, or into a copy of the film for one on the way.
+/// image, or into a copy of the film for one on the way. `stats` may be NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_flush(
     chain: *const volgrad_chain,
     scene: *const volgrad_scene,
     queries: *const volgrad_queries,
     film: *mut volgrad_film,
+    stats: *mut volgrad_chain_stats,
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract, here and below.
         let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
-        let (mut film, object) = unsafe { (self::film(film)?, head(chain)?) };
+        let (mut film, object, counted) = unsafe { (self::film(film)?, head(chain)?, counted(stats)?) };
         check_size(scene, &film)?;
         // SAFETY: the stamp says that volgrad_chain_init wrote this many numbers behind the head.
         let numbers = unsafe { slice::from_raw_parts(chain.add(1).cast::<f64>(), numbers_of(object)) };
         let metropolis = Metropolis { scene, queries: &queries, options: object.options };
-        Ok(metropolis.flush(&object.state, numbers, &mut film, &mut Stats::default())?)
+        let mut done = Work::default();
+        let result = metropolis.flush(&object.state, numbers, &mut film, &mut done.rays);
+        unsafe { add_stats(stats, counted, &done) }?;
+        Ok(result?)
     })())
 }
 
 #[derive(Default)]
-struct Work {
-    rays: Stats,
-    chain: ChainStats,
+pub(super) struct Work {
+    pub rays: Stats,
+    pub chain: ChainStats,
 }
 
 /// # Safety
@@ -263,19 +270,24 @@ fn numbers_of(chain: &volgrad_chain) -> usize {
 
 /// # Safety
 /// As for `sized`, or NULL.
-unsafe fn counted(stats: *mut volgrad_chain_stats) -> Result<volgrad_chain_stats, Fault> {
+pub(super) unsafe fn counted(stats: *mut volgrad_chain_stats) -> Result<volgrad_chain_stats, Fault> {
     // SAFETY: the caller's promise.
     if stats.is_null() { Ok(volgrad_chain_stats::default()) } else { Ok(unsafe { sized(stats.cast_const()) }?) }
 }
 
 /// # Safety
 /// `pointer`, if not NULL, is the caller's struct, which is `before`.
-unsafe fn add_stats(pointer: *mut volgrad_chain_stats, before: volgrad_chain_stats, done: &Work) -> Result<(), Fault> {
+pub(super) unsafe fn add_stats(
+    pointer: *mut volgrad_chain_stats,
+    before: volgrad_chain_stats,
+    done: &Work,
+) -> Result<(), Fault> {
     if pointer.is_null() {
         return Ok(());
     }
     let (chain, rays) = (&done.chain, &done.rays);
     let sum = volgrad_chain_stats {
+        samples: before.samples + chain.samples,
         large_steps: before.large_steps + chain.large,
         large_accepted: before.large_accepted + chain.large_accepted,
         small_steps: before.small_steps + chain.small,

@@ -4,8 +4,8 @@ use super::bidirectional::{DEFAULTS, options, volgrad_bidirectional_options};
 use super::convert::MAX_IMAGE_SIDE;
 use super::films::{film, volgrad_film};
 use super::pointer::{output, sized_over};
-use super::samplers::{HostQueries, pixel_numbers};
-use super::scenes::{ALIGNMENT, STAMP, check_memory, fill, scene, volgrad_scene};
+use super::samplers::{HostQueries, NO_STATS, add_stats, pixel_numbers, volgrad_path_sampler_stats};
+use super::scenes::{ALIGNMENT, STAMP, check_memory, fill, object, scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_queries;
 use crate::film::Film;
@@ -44,7 +44,7 @@ fn check_size(scene: &Scene, film: &Film) -> Result<(), Fault> {
 
 /// As `volgrad_bidirectional_run`, but for the image: adds what the subpaths from each light carry to `film`, of
 /// `volgrad_guide_film_size`, by where they go. Some ten samples for each of its pixels are enough. Films of several threads add up, as
-/// all films do.
+/// all films do. `stats` counts as there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_guide_learn(
     scene: *const volgrad_scene,
@@ -54,6 +54,7 @@ pub unsafe extern "C" fn volgrad_guide_learn(
     first_pixel: u32,
     pixel_count: u32,
     film: *mut volgrad_film,
+    stats: *mut volgrad_path_sampler_stats,
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract, here and below.
@@ -63,7 +64,13 @@ pub unsafe extern "C" fn volgrad_guide_learn(
         check_size(scene, &film)?;
         let pixels = pixel_numbers(scene, first_pixel, pixel_count)?;
         let sampler = Bidirectional { scene, queries: &queries, options };
-        Ok(sampler.learn(pass, pixels, &mut film, &mut Stats::default())?)
+        let counted = if stats.is_null() { NO_STATS } else { unsafe { sized_over(stats, NO_STATS) }? };
+        let mut done = Stats::default();
+        let result = sampler.learn(pass, pixels, &mut film, &mut done);
+        if !stats.is_null() {
+            unsafe { add_stats(stats, counted, &done) }?;
+        }
+        Ok(result?)
     })())
 }
 
@@ -86,7 +93,7 @@ pub unsafe extern "C" fn volgrad_guide_size(scene: *const volgrad_scene, bytes: 
 /// Makes a scene in `memory` that is `scene`, but that the subpaths which the bidirectional sampler and chains start from its lights
 /// go more often where the film says that they carry more. All else about it is the same, and every image still has the same
 /// expectation: a fifth of the subpaths go wherever the lights shine. `bytes` as from `volgrad_guide_size`, aligned to 16. The new
-/// scene refers to `scene`, whose memory has to outlive it. Chains of one plan all use the same guided scene.
+/// scene refers to `scene`, whose memory has to outlive it. The samples, and all chains of their plan, use the same guided scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_guide_init(
     memory: *mut c_void,
@@ -97,7 +104,8 @@ pub unsafe extern "C" fn volgrad_guide_init(
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract, here and below.
-        let (scene, film, write) = unsafe { (self::scene(scene)?, self::film(film)?, output(guided)?) };
+        let (volgrad_scene { scene, fields, .. }, film) = unsafe { (self::object(scene)?, self::film(film)?) };
+        let write = unsafe { output(guided) }?;
         check_size(scene, &film)?;
         check_memory(memory, bytes, bytes_of(scene))?;
         let object = memory.cast::<volgrad_scene>();
@@ -109,7 +117,7 @@ pub unsafe extern "C" fn volgrad_guide_init(
             unsafe { fill(memory.cast::<u8>().add(place), scene.lights.lights.len(), |light| Ok(guide(&film, light)))? };
         let lights = Lights { guides, ..scene.lights };
         // SAFETY: as above.
-        unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { lights, ..*scene } }) };
+        unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { lights, ..*scene }, fields }) };
         write(object);
         Ok(())
     })())

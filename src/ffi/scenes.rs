@@ -1,7 +1,7 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
 use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
-use super::custom;
+use super::custom::{self, Field};
 use super::pointer::{array, check, output, reference, sized, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
@@ -20,6 +20,8 @@ pub struct volgrad_scene {
     /// Tells a scene from other memory.
     pub(super) stamp: u64,
     pub(super) scene: Scene<'static>,
+    /// Its custom densities.
+    pub(super) fields: &'static [Field],
 }
 
 pub(super) const STAMP: u64 = 0x766f_6c67_7261_6400 | VOLGRAD_ABI_VERSION as u64;
@@ -32,13 +34,22 @@ pub(super) const ALIGNMENT: usize = 16;
 /// # Safety
 /// As for `reference`.
 pub(super) unsafe fn scene<'a>(pointer: *const volgrad_scene) -> Result<&'a Scene<'static>, Fault> {
+    // SAFETY: the caller's promise.
+    Ok(&unsafe { object(pointer) }?.scene)
+}
+
+/// The same, with what only the C ABI knows.
+///
+/// # Safety
+/// As for `reference`.
+pub(super) unsafe fn object<'a>(pointer: *const volgrad_scene) -> Result<&'a volgrad_scene, Fault> {
     check(pointer)?;
     // SAFETY: the caller's promise; only the stamp is read before it is known to be one.
     if unsafe { (&raw const (*pointer).stamp).read() } != STAMP {
         return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
     }
     // SAFETY: the stamp says that a whole scene is there.
-    Ok(&unsafe { reference(pointer) }?.scene)
+    Ok(unsafe { reference(pointer) }?)
 }
 
 /// A description and its arrays.
@@ -72,6 +83,10 @@ impl<'a> Description<'a> {
         grids.map(|(i, m)| Ok(bricks_of(convert::grid_size(m, i)?.1))).sum()
     }
 
+    fn custom_media(&self) -> impl Iterator<Item = (usize, &volgrad_medium)> {
+        self.media.iter().enumerate().filter(|(_, m)| m.kind == VOLGRAD_MEDIUM_CUSTOM)
+    }
+
     /// Length of the running sums that environment maps are sampled with.
     fn sum_count(&self) -> Result<usize, Fault> {
         let counts = self.lights.iter().enumerate().map(|(i, l)| match convert::texel_count(l, i)? {
@@ -96,12 +111,14 @@ impl<'a> Description<'a> {
             section(size_of::<u32>(), self.lights.len()),
             section(size_of::<Brick>(), self.brick_count()?),
             section(size_of::<f64>(), self.sum_count()?),
+            section(size_of::<Field>(), self.custom_media().count()),
         ];
-        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(light_media), Some(bricks), Some(sums)] = starts
+        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(light_media), Some(bricks), Some(sums), Some(fields)] =
+            starts
         else {
             return Err(VOLGRAD_ERROR_RANGE.into());
         };
-        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, bytes: end })
+        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, fields, bytes: end })
     }
 }
 
@@ -123,6 +140,7 @@ struct Layout {
     light_media: usize,
     bricks: usize,
     sums: usize,
+    fields: usize,
     bytes: usize,
 }
 
@@ -215,7 +233,12 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let camera = convert::camera(&desc.camera, desc.media.len() as u32)?;
     let at = |start: usize| unsafe { memory.add(start) };
     let mut bricks = unsafe { fill(at(layout.bricks), desc.brick_count()?, |_| Ok(Brick::default()))? };
-    let media = unsafe { fill(at(layout.media), desc.media.len(), |i| medium(&desc.media[i], i, &mut bricks))? };
+    let mut custom_media = desc.custom_media();
+    let field = |_| custom_media.next().map_or(Err(VOLGRAD_ERROR_INTERNAL.into()), |(i, m)| unsafe { custom::field(m, i) });
+    let fields: &[Field] = unsafe { fill(at(layout.fields), desc.custom_media().count(), field)? };
+    let mut own_fields = fields.iter();
+    let medium = |i: usize| medium(&desc.media[i], i, &mut bricks, &mut own_fields);
+    let media = unsafe { fill(at(layout.media), desc.media.len(), medium)? };
     let material = |i: usize| convert::material(&desc.materials[i], i);
     let materials = unsafe { fill(at(layout.materials), desc.materials.len(), material)? };
     let mut sums = unsafe { fill(at(layout.sums), desc.sum_count()?, |_| Ok(0.0))? };
@@ -234,7 +257,7 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let bounds = convert::bounds(desc.bounds_centre, desc.bounds_radius)?;
     let scene = Scene { camera, media, materials, lights, bounds };
     // SAFETY: as above.
-    unsafe { object.write(volgrad_scene { stamp: STAMP, scene }) };
+    unsafe { object.write(volgrad_scene { stamp: STAMP, scene, fields }) };
     Ok(object)
 }
 
@@ -257,13 +280,17 @@ fn light(l: &volgrad_light, i: usize, sums: &mut &'static mut [f64]) -> Result<L
     })
 }
 
-fn medium(m: &volgrad_medium, i: usize, bricks: &mut &'static mut [Brick]) -> Result<Medium<'static>, Fault> {
+fn medium(
+    m: &volgrad_medium,
+    i: usize,
+    bricks: &mut &'static mut [Brick],
+    fields: &mut slice::Iter<'static, Field>,
+) -> Result<Medium<'static>, Fault> {
     let (sigma_t, albedo, phase) = convert::medium(m, i)?;
     let density = match m.kind {
         VOLGRAD_MEDIUM_HOMOGENEOUS => Density::Homogeneous,
         VOLGRAD_MEDIUM_GRID => Density::Grid(grid(m, i, bricks)?),
-        // SAFETY: the header's contract: the description and what it refers to outlive the scene.
-        VOLGRAD_MEDIUM_CUSTOM => Density::Custom(unsafe { custom::density(m, i) }?),
+        VOLGRAD_MEDIUM_CUSTOM => Density::Custom(custom::density(fields.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, m, i)?),
         _ => return Err(VOLGRAD_ERROR_KIND.at(c"media.kind", i)),
     };
     Ok(Medium { sigma_t, albedo, phase, density })

@@ -43,8 +43,10 @@ pub enum volgrad_status {
     VOLGRAD_ERROR_NOT_INITIALISED = 16,
     /// A file could not be read or written, or is not what it should be.
     VOLGRAD_ERROR_FILE = 17,
+    /// A chain's path is not what it was: the scene, its guides, the seed or the techniques are not those of the samples and the plan.
+    VOLGRAD_ERROR_OTHER_PATH = 18,
     /// A bug in the library or one of its dependencies; nothing of the call can be relied on.
-    VOLGRAD_ERROR_INTERNAL = 18,
+    VOLGRAD_ERROR_INTERNAL = 19,
 }
 
 use volgrad_status::*;
@@ -70,12 +72,13 @@ impl volgrad_status {
             VOLGRAD_ERROR_SIZE_MISMATCH => c"the films differ in size",
             VOLGRAD_ERROR_NOT_INITIALISED => c"the memory holds no object of this library version",
             VOLGRAD_ERROR_FILE => c"a file could not be read or written, or is not what it should be",
+            VOLGRAD_ERROR_OTHER_PATH => c"the chain belongs to another scene, or its start to other samples",
             VOLGRAD_ERROR_INTERNAL => c"internal error",
         }
     }
 
     /// Every status, by number.
-    const ALL: [Self; 19] = [
+    const ALL: [Self; 20] = [
         VOLGRAD_OK,
         VOLGRAD_ERROR_NULL,
         VOLGRAD_ERROR_MISALIGNED,
@@ -94,6 +97,7 @@ impl volgrad_status {
         VOLGRAD_ERROR_SIZE_MISMATCH,
         VOLGRAD_ERROR_NOT_INITIALISED,
         VOLGRAD_ERROR_FILE,
+        VOLGRAD_ERROR_OTHER_PATH,
         VOLGRAD_ERROR_INTERNAL,
     ];
 }
@@ -117,6 +121,7 @@ impl From<Stop> for volgrad_status {
         match stop {
             Stop::Callback(_) => VOLGRAD_ERROR_CALLBACK,
             Stop::InvalidHit => VOLGRAD_ERROR_INVALID_HIT,
+            Stop::OtherPath => VOLGRAD_ERROR_OTHER_PATH,
         }
     }
 }

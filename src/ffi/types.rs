@@ -95,7 +95,8 @@ pub const VOLGRAD_MEDIUM_GRID: u32 = 1;
 pub const VOLGRAD_MEDIUM_CUSTOM: u32 = 2;
 
 /// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
-/// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count as 0.
+/// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
+/// as 0, and are counted: `volgrad_scene_dropped_densities`.
 pub type volgrad_density_fn =
     Option<unsafe extern "C" fn(user: *mut c_void, points: *const Vec3, densities: *mut f32, count: u32)>;
 

@@ -127,6 +127,8 @@ pub enum Stop {
     Callback(i32),
     /// The host's answer breaks the contract of [`Hit`].
     InvalidHit,
+    /// A chain's numbers do not make the path that they made before: this is another scene, or a plan of other samples.
+    OtherPath,
 }
 
 /// Geometry, as the host has it. Index-matched (null) surfaces are never hits: they end segments. `hits` is as long as `rays`.

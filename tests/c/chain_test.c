@@ -47,15 +47,19 @@ static volgrad_chain_stats no_stats(void) {
     return stats;
 }
 
+static volgrad_status bootstrap_counted(uint64_t first, uint32_t count, float *to, volgrad_chain_stats *stats) {
+    return volgrad_chain_bootstrap(scene, &host.queries, &options, &techniques, first, count, to, stats);
+}
+
 static volgrad_status bootstrap(uint64_t first, uint32_t count, float *to) {
-    return volgrad_chain_bootstrap(scene, &host.queries, &options, &techniques, first, count, to);
+    return bootstrap_counted(first, count, to, NULL);
 }
 
 /* Techniques learned from samples of another seed. */
 static void learn_techniques(void) {
     volgrad_chain_options other = options;
     other.seed = ~options.seed;
-    CHECK_STATUS(volgrad_chain_bootstrap(scene, &host.queries, &other, NULL, 0, SAMPLES, weights), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_bootstrap(scene, &host.queries, &other, NULL, 0, SAMPLES, weights, NULL), VOLGRAD_OK);
     CHECK_STATUS(volgrad_chain_learn(&other, weights, SAMPLES, &techniques), VOLGRAD_OK);
 }
 
@@ -74,7 +78,7 @@ static volgrad_status run(volgrad_chain *chain, uint64_t mutations, volgrad_film
 }
 
 static volgrad_status flush(const volgrad_chain *chain, volgrad_film *film) {
-    return volgrad_chain_flush(chain, scene, &host.queries, film);
+    return volgrad_chain_flush(chain, scene, &host.queries, film, NULL);
 }
 
 static volgrad_chain *first_chain(int which) {
@@ -154,15 +158,50 @@ static void test_bootstrap(void) {
 
     volgrad_queries *q = &host.queries;
     float w;
-    REFUSED(w, volgrad_chain_bootstrap(NULL, q, &options, NULL, 0, 1, &w), VOLGRAD_ERROR_NULL);
-    REFUSED(w, volgrad_chain_bootstrap(scene, NULL, &options, NULL, 0, 1, &w), VOLGRAD_ERROR_NULL);
-    REFUSED(w, volgrad_chain_bootstrap(scene, q, NULL, NULL, 0, 1, &w), VOLGRAD_ERROR_NULL);
-    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, NULL, 0, 1, NULL), VOLGRAD_ERROR_NULL);
-    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, NULL, 0, 1, (void *)((char *)parts + 1)), VOLGRAD_ERROR_MISALIGNED);
+    REFUSED(w, volgrad_chain_bootstrap(NULL, q, &options, NULL, 0, 1, &w, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(w, volgrad_chain_bootstrap(scene, NULL, &options, NULL, 0, 1, &w, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(w, volgrad_chain_bootstrap(scene, q, NULL, NULL, 0, 1, &w, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, NULL, 0, 1, NULL, NULL), VOLGRAD_ERROR_NULL);
+    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, NULL, 0, 1, (void *)((char *)parts + 1), NULL), VOLGRAD_ERROR_MISALIGNED);
     const volgrad_chain_techniques *misaligned = (const void *)((const char *)&techniques + 2);
-    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, misaligned, 0, 1, &w), VOLGRAD_ERROR_MISALIGNED);
+    REFUSED(w, volgrad_chain_bootstrap(scene, q, &options, misaligned, 0, 1, &w, NULL), VOLGRAD_ERROR_MISALIGNED);
+    volgrad_chain_stats stats = no_stats();
+    stats.struct_size = 3;
+    REFUSED(w, bootstrap_counted(0, 1, &w, &stats), VOLGRAD_ERROR_STRUCT_SIZE);
+}
+
+static void test_bootstrap_stats(void) {
+    static float parts[SAMPLES];
+    prepare();
+    volgrad_chain_stats once = no_stats(), twice = no_stats(), stopped = no_stats();
+    CHECK_STATUS(bootstrap_counted(0, SAMPLES, weights, &once), VOLGRAD_OK);
+    CHECK(once.samples == SAMPLES && once.rays > 0 && once.occlusion_rays > 0 && once.dropped == 0 && once.overflows == 0);
+    CHECK(once.large_steps == 0 && once.burn_in == 0 && once.shifts == 0);
+    CHECK_STATUS(bootstrap_counted(0, 999, parts, &twice), VOLGRAD_OK);
+    CHECK_STATUS(bootstrap_counted(999, SAMPLES - 999, parts + 999, &twice), VOLGRAD_OK);
+    CHECK(memcmp(&once, &twice, sizeof once) == 0);
+    /* Stopped, what is there is right. */
     queries_answer(&host, SLAB, 20, STOPS);
-    CHECK_STATUS(bootstrap(0, SAMPLES, parts), VOLGRAD_ERROR_CALLBACK);
+    for (int i = 0; i < SAMPLES; i++) parts[i] = -1;
+    CHECK_STATUS(bootstrap_counted(0, SAMPLES, parts, &stopped), VOLGRAD_ERROR_CALLBACK);
+    CHECK(stopped.samples > 0 && stopped.samples < 20 && parts[stopped.samples] == -1);
+    CHECK(memcmp(parts, weights, stopped.samples * sizeof *parts) == 0);
+    queries_answer(&host, SLAB, 20, OVERFLOWS);
+    CHECK_STATUS(bootstrap_counted(0, 500, parts, &twice), VOLGRAD_OK);
+    CHECK(twice.overflows > 0 && twice.samples == SAMPLES + 500);
+    /* Under a sky as bright as numbers go. */
+    prepare();
+    s.lights[0].emission = (volgrad_rgb){3e38f, 3e38f, 3e38f};
+    free(scene_memory);
+    scene = scene_make(&s.desc, &scene_memory);
+    volgrad_chain_stats bright = no_stats();
+    CHECK_STATUS(bootstrap_counted(0, SAMPLES, weights, &bright), VOLGRAD_OK);
+    uint64_t dark = 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        CHECK(weights[i] >= 0 && isfinite(weights[i]));
+        dark += weights[i] == 0;
+    }
+    CHECK(bright.dropped > 0 && bright.dropped <= dark);
 }
 
 static void test_learn(void) {
@@ -177,7 +216,7 @@ static void test_learn(void) {
     CHECK(techniques.shares[0][SHORTEST - 1] == 0 && techniques.shares[0][SHORTEST] > 0 && techniques.shares[0][LONGEST] == 1);
     CHECK(techniques.shares[0][SHORTEST] > techniques.shares[0][LONGEST] - techniques.shares[0][LONGEST - 1]); /* shorter is brighter */
     double learned_error = plan.relative_error;
-    CHECK_STATUS(volgrad_chain_bootstrap(scene, &host.queries, &options, NULL, 0, SAMPLES, weights), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_bootstrap(scene, &host.queries, &options, NULL, 0, SAMPLES, weights, NULL), VOLGRAD_OK);
     CHECK_STATUS(volgrad_chain_plan(&options, NULL, weights, SAMPLES, 1, NULL, 0, &plan), VOLGRAD_OK);
     CHECK(learned_error < plan.relative_error); /* what it is for */
 
@@ -310,10 +349,11 @@ static void test_refusals(void) {
     CHECK_STATUS(run(chain, 9, film, (void *)(zeros + 2)), VOLGRAD_ERROR_MISALIGNED);
     stats.struct_size = 3;
     CHECK_STATUS(run(chain, 9, film, &stats), VOLGRAD_ERROR_STRUCT_SIZE);
+    CHECK_STATUS(volgrad_chain_flush(chain, scene, &host.queries, film, &stats), VOLGRAD_ERROR_STRUCT_SIZE);
     CHECK_STATUS(flush(NULL, film), VOLGRAD_ERROR_NULL);
     CHECK_STATUS(flush(chain, NULL), VOLGRAD_ERROR_NULL);
-    CHECK_STATUS(volgrad_chain_flush(chain, NULL, &host.queries, film), VOLGRAD_ERROR_NULL);
-    CHECK_STATUS(volgrad_chain_flush(chain, scene, NULL, film), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_chain_flush(chain, NULL, &host.queries, film, &stats), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_chain_flush(chain, scene, NULL, film, &stats), VOLGRAD_ERROR_NULL);
     CHECK_STATUS(flush(none, film), VOLGRAD_ERROR_NOT_INITIALISED);
     CHECK_STATUS(flush((void *)(zeros + 8), film), VOLGRAD_ERROR_MISALIGNED);
     CHECK_STATUS(flush(chain, four), VOLGRAD_ERROR_SIZE_MISMATCH);
@@ -324,6 +364,38 @@ static void test_refusals(void) {
     queries_answer(&host, SLAB, 0, SLAB);
     CHECK_STATUS(run((void *)memory[0], 9, film, NULL), VOLGRAD_ERROR_NOT_INITIALISED);
     CHECK_STATUS(flush((void *)memory[0], film), VOLGRAD_ERROR_NOT_INITIALISED);
+}
+
+/* A chain and a scene, or a start and samples, that do not belong together. */
+static void test_strangers(void) {
+    prepare();
+    volgrad_chain *chain = first_chain(0), *other;
+    volgrad_film *film = clear(0);
+    volgrad_chain_stats stats = no_stats();
+    CHECK_STATUS(run(chain, 9, film, NULL), VOLGRAD_OK);
+    memcpy(memory[1], memory[0], CHAIN_BYTES);
+    memcpy(block[1], block[0], BYTES);
+    options.seed++;
+    volgrad_status status = init(2, &starts[0], NULL, &other);
+    CHECK(status == VOLGRAD_ERROR_RANGE || status == VOLGRAD_ERROR_OTHER_PATH); /* of another length, or not */
+    options.seed--;
+    volgrad_chain_start changed = starts[0];
+    changed.value *= 1.1;
+    REFUSED(other, init(2, &changed, NULL, &other), VOLGRAD_ERROR_OTHER_PATH);
+    changed.value = 0;
+    REFUSED(other, init(2, &changed, NULL, &other), VOLGRAD_ERROR_RANGE);
+    s.media[0].albedo = (volgrad_rgb){0.5f, 0.5f, 0.5f};
+    void *darker_memory;
+    const volgrad_scene *own = scene;
+    scene = scene_make(&s.desc, &darker_memory);
+    CHECK_STATUS(run(chain, 9, film, &stats), VOLGRAD_ERROR_OTHER_PATH);
+    CHECK_STATUS(flush(chain, film), VOLGRAD_ERROR_OTHER_PATH);
+    REFUSED(other, init(2, &starts[0], NULL, &other), VOLGRAD_ERROR_OTHER_PATH);
+    free(darker_memory);
+    scene = own;
+    CHECK(memcmp(memory[0], memory[1], CHAIN_BYTES) == 0 && memcmp(block[0], block[1], BYTES) == 0);
+    CHECK(stats.large_steps + stats.small_steps == 0);
+    CHECK_STATUS(run(chain, 9, film, &stats), VOLGRAD_OK);
 }
 
 /* 300 mutations at once are 100 and 200, from a copy of the chain's memory too. */
@@ -355,10 +427,12 @@ static void test_flush(void) {
     prepare();
     volgrad_chain *chain = first_chain(0);
     volgrad_film *film = clear(0);
+    volgrad_chain_stats stats = no_stats();
     CHECK_STATUS(run(chain, 50, film, NULL), VOLGRAD_OK);
     memcpy(memory[1], memory[0], CHAIN_BYTES);
     memcpy(block[1], block[0], BYTES);
-    CHECK_STATUS(flush(chain, film), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_flush(chain, scene, &host.queries, film, &stats), VOLGRAD_OK);
+    CHECK(stats.rays > 0 && stats.large_steps + stats.small_steps + stats.burn_in + stats.samples == 0);
     CHECK(memcmp(memory[0], memory[1], CHAIN_BYTES) == 0); /* the chain is as it was, */
     CHECK(memcmp(block[0], block[1], BYTES) != 0);         /* the film is not */
     CHECK_STATUS(flush((void *)memory[1], (void *)block[1]), VOLGRAD_OK);
@@ -454,10 +528,12 @@ static void test_mean(uint32_t mode) {
 int main(void) {
     test_options();
     test_bootstrap();
+    test_bootstrap_stats();
     test_learn();
     test_plan();
     test_memory();
     test_refusals();
+    test_strangers();
     test_checkpoint(VOLGRAD_SHIFT_NONE);
     test_checkpoint(VOLGRAD_SHIFT_EXCHANGEABLE);
     test_flush();

@@ -48,7 +48,7 @@ static volgrad_film *clear_lesson(int which) {
 }
 
 static volgrad_status learn(uint64_t pass, uint32_t first, uint32_t count, volgrad_film *film) {
-    return volgrad_guide_learn(scene, &host.queries, &options, pass, first, count, film);
+    return volgrad_guide_learn(scene, &host.queries, &options, pass, first, count, film, NULL);
 }
 
 static volgrad_status init(volgrad_film *film) {
@@ -95,7 +95,7 @@ static void test_film_size(void) {
             REFUSED(width, volgrad_guide_film_size(other, &width, &height), expected);
             REFUSED(bytes, volgrad_guide_size(other, &bytes), expected);
             volgrad_film *film = clear_lesson(0);
-            CHECK_STATUS(volgrad_guide_learn(other, &host.queries, &options, 0, 0, 1, film), expected);
+            CHECK_STATUS(volgrad_guide_learn(other, &host.queries, &options, 0, 0, 1, film, NULL), expected);
             REFUSED(guided, volgrad_guide_init(memory, guided_bytes, other, film, &guided), expected);
         }
         free(owned);
@@ -116,7 +116,7 @@ static void test_learn(void) {
 
     static alignas(16) const unsigned char zeros[1 << 12];
     volgrad_queries *q = &host.queries;
-#define LEARN(scene, queries, options, film) volgrad_guide_learn(scene, queries, options, 1, 0, 10, film)
+#define LEARN(scene, queries, options, film) volgrad_guide_learn(scene, queries, options, 1, 0, 10, film, NULL)
     CHECK_STATUS(LEARN(NULL, q, &options, a), VOLGRAD_ERROR_NULL);
     CHECK_STATUS(LEARN(scene, NULL, &options, a), VOLGRAD_ERROR_NULL);
     CHECK_STATUS(LEARN(scene, q, NULL, a), VOLGRAD_ERROR_NULL);
@@ -129,8 +129,19 @@ static void test_learn(void) {
     options.max_length = 1;
     CHECK_STATUS(learn(1, 0, 10, a), VOLGRAD_ERROR_RANGE);
     options.max_length = LONGEST;
+    volgrad_path_sampler_stats stats;
+    memset(&stats, 0, sizeof stats);
+    CHECK_STATUS(volgrad_guide_learn(scene, q, &options, 1, 0, 10, a, &stats), VOLGRAD_ERROR_STRUCT_SIZE);
+    stats.struct_size = sizeof stats;
+    CHECK_STATUS(volgrad_guide_learn(scene, q, &options, 1, 0, 10, a, &stats), VOLGRAD_OK);
+    CHECK(stats.paths == 10 && stats.rays >= 10 && stats.occlusion_rays > 0 && stats.overflows == 0);
+    /* Stopped, the film holds the samples that were counted. */
     queries_answer(&host, SLAB, 20, STOPS);
-    CHECK_STATUS(learn(1, 0, PIXELS, clear_lesson(1)), VOLGRAD_ERROR_CALLBACK);
+    CHECK_STATUS(volgrad_guide_learn(scene, q, &options, 1, 0, PIXELS, clear_lesson(1), &stats), VOLGRAD_ERROR_CALLBACK);
+    queries_answer(&host, SLAB, 0, SLAB);
+    CHECK(stats.paths > 10 && stats.paths < 30);
+    CHECK_STATUS(learn(1, 0, (uint32_t)stats.paths - 10, clear_lesson(0)), VOLGRAD_OK);
+    CHECK(memcmp(lesson[0], lesson[1], FILM_BYTES) == 0);
     queries_answer(&host, SLAB, 0, SLAB);
 }
 
@@ -207,7 +218,7 @@ static void test_chains(void) {
     const volgrad_scene *each[2] = {scene, guided};
     int bright[2] = {0, 0};
     for (int i = 0; i < 2; i++) {
-        CHECK_STATUS(volgrad_chain_bootstrap(each[i], &host.queries, &o, NULL, 0, SAMPLES, weights[i]), VOLGRAD_OK);
+        CHECK_STATUS(volgrad_chain_bootstrap(each[i], &host.queries, &o, NULL, 0, SAMPLES, weights[i], NULL), VOLGRAD_OK);
         CHECK_STATUS(volgrad_chain_plan(&o, NULL, weights[i], SAMPLES, 9, starts, ROOM, &plan[i]), VOLGRAD_OK);
         for (int k = 0; k < SAMPLES; k++) bright[i] += weights[i][k] > 0;
     }
@@ -221,8 +232,15 @@ static void test_chains(void) {
     CHECK(plan[1].chain_count > 0);
     CHECK_STATUS(volgrad_chain_init(chain_memory, CHAIN_BYTES, guided, &host.queries, &o, NULL, starts, NULL, &chain), VOLGRAD_OK);
     CHECK_STATUS(volgrad_chain_run(chain, guided, &host.queries, 300, film, NULL), VOLGRAD_OK);
-    CHECK_STATUS(volgrad_chain_flush(chain, guided, &host.queries, film), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_flush(chain, guided, &host.queries, film, NULL), VOLGRAD_OK);
     CHECK(memcmp(block[0], block[1], BYTES) != 0);
+    uint32_t refused = 0; /* where the guides are missing */
+    for (uint32_t i = 0; i < plan[1].chain_count; i++) {
+        volgrad_status status = volgrad_chain_init(chain_memory, CHAIN_BYTES, scene, &host.queries, &o, NULL, &starts[i], NULL, &chain);
+        CHECK(status == VOLGRAD_OK || status == VOLGRAD_ERROR_OTHER_PATH);
+        refused += status != VOLGRAD_OK;
+    }
+    CHECK(refused > 0); /* those whose values the guides change */
 }
 
 int main(void) {

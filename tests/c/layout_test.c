@@ -58,13 +58,13 @@ SIZE(volgrad_chain_options, 72);
 OFFSET(volgrad_chain_options, seed, 24);
 OFFSET(volgrad_chain_options, shift, 32);
 SIZE(volgrad_chain_techniques, 4 * 65 * 66);
-SIZE(volgrad_chain_start, 40);
+SIZE(volgrad_chain_start, 48);
 OFFSET(volgrad_chain_start, share, 16);
 OFFSET(volgrad_chain_start, brightness, 32);
 SIZE(volgrad_chain_plan_result, 24);
 OFFSET(volgrad_chain_plan_result, relative_error, 16);
-SIZE(volgrad_chain_stats, 112);
-OFFSET(volgrad_chain_stats, rays, 64);
+SIZE(volgrad_chain_stats, 120);
+OFFSET(volgrad_chain_stats, rays, 72);
 
 int main(void)
 {

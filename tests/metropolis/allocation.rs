@@ -50,12 +50,12 @@ fn by_bootstrap_and_plan() {
     let (scene, lengths) = (world.scene(), Lengths { first: 2, last: 8 });
     let (mut weights, mut numbers) = (vec![0.0; 500], vec![0.0; capacity(8)]);
     let options = Chains::new(&world, &SETUP, 1).options;
-    let mut started = 0;
+    let (mut started, stats) = (0, (&mut Stats::default(), &mut ChainStats::default()));
     let count = allocations(|| {
         let alike = Techniques::alike(lengths);
-        bootstrap(&scene, &world.geometry, 1, &alike, 0, &mut weights, &mut Stats::default()).expect("never stops");
+        bootstrap(&scene, &world.geometry, 1, &alike, 0, &mut weights, stats.0, stats.1).expect("never stops");
         let techniques = learn(1, lengths, &weights);
-        bootstrap(&scene, &world.geometry, 1, &techniques, 0, &mut weights, &mut Stats::default()).expect("never stops");
+        bootstrap(&scene, &world.geometry, 1, &techniques, 0, &mut weights, stats.0, stats.1).expect("never stops");
         Plan::new(1, &techniques, &weights, 20).starts(&weights, |start| {
             started += u32::from(State::new(&options, &techniques, started, start, &mut numbers).is_some());
         });

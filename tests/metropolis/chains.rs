@@ -49,7 +49,8 @@ impl<'w> Chains<'w> {
         let mut stats = Stats::default();
         let mut sample = |techniques: &Techniques, count: usize| {
             let mut weights = vec![0.0; count];
-            bootstrap(&scene, &world.geometry, seed, techniques, 0, &mut weights, &mut stats).expect("never stops");
+            bootstrap(&scene, &world.geometry, seed, techniques, 0, &mut weights, &mut stats, &mut ChainStats::default())
+                .expect("never stops");
             weights
         };
         let alike = Techniques::alike(lengths);

@@ -4,12 +4,14 @@
 //! |---|---|
 //! | the same image as the path sampler's, with and without shifts? | [`agreement`] |
 //! | is a joined path prepared for shifting like any other sampler's? | [`shiftable`] |
+//! | 1 in a furnace, all lengths together? | [`furnace`] |
 //! | right from the first mutation on, whatever the bootstrap? | [`start`] |
 //! | are techniques tried as often as was learned? | [`techniques`] |
 //! | which numbers make a path? | [`inverse`] |
 //! | the same bits however calls are divided? | [`determinism`] |
 //! | what if a callback stops? | [`stops`] |
 //! | what if the scene has values beyond all numbers? | [`robustness`] |
+//! | what if a chain gets another scene, seed or table than its samples had? | [`strangers`] |
 //! | is no memory allocated? | [`allocation`] |
 
 #[path = "../common/statistics.rs"]
@@ -22,11 +24,13 @@ mod agreement;
 mod allocation;
 mod chains;
 mod determinism;
+mod furnace;
 mod inverse;
 mod robustness;
 mod shiftable;
 mod start;
 mod stops;
+mod strangers;
 mod techniques;
 
 use volgrad::shift::{self, Kernel, Mode, Radius};

@@ -5,7 +5,8 @@ use crate::toy::scenes::{World, camera, edges_under_area_lights, environment_map
 use crate::unbiased_shifts;
 use volgrad::math::{Colour, DAffine3, DVec3};
 use volgrad::medium::{Custom, Density, DensityField, Medium};
-use volgrad::sampler::Lengths;
+use volgrad::sampler::metropolis::{ChainStats, Techniques, bootstrap};
+use volgrad::sampler::{Lengths, Stats};
 use volgrad::scene::{Bsdf, Light};
 
 const SETUP: Setup =
@@ -76,17 +77,41 @@ fn an_environment_map_as_bright_as_numbers_go() {
     }
 }
 
-/// Beside a sun whose light is no number: paths from it are dropped, and counted; those of the other lights are not.
-#[test]
-fn paths_without_a_value_are_counted() {
+/// Beside a sun whose light is no number.
+fn under_an_infinite_sun() -> World {
     let mut world = edges_under_area_lights();
     for light in &mut world.lights {
         if let Light::Directional { irradiance, .. } = light {
             *irradiance = Colour::INFINITY;
         }
     }
+    world
+}
+
+/// Paths from it are dropped, and counted; those of the other lights are not.
+#[test]
+fn paths_without_a_value_are_counted() {
+    let world = under_an_infinite_sun();
     for shift in [None].into_iter().chain(unbiased_shifts().map(Some)) {
         let picture = picture(&world, shift);
         assert!(picture.chain_stats.dropped > 20 && picture.dropped == 0 && picture.mean(1.0) > 0.0, "{shift:?}");
     }
+}
+
+/// The samples before the chains too, and mutations before the first that counts.
+#[test]
+fn samples_and_burn_in_without_a_value_are_counted() {
+    let world = under_an_infinite_sun();
+    let (mut stats, mut weights) = (ChainStats::default(), vec![0.0; 500]);
+    let (scene, alike) = (world.scene(), Techniques::alike(SETUP.lengths));
+    bootstrap(&scene, &world.geometry, 1, &alike, 0, &mut weights, &mut Stats::default(), &mut stats).expect("never stops");
+    assert!(weights.iter().all(|weight| weight.is_finite() && *weight >= 0.0));
+    assert!(stats.samples == 500 && stats.dropped > 5 && stats.dropped < 500 && stats.large == 0);
+
+    let mut chains = Chains::new(&world, &SETUP, 1);
+    chains.options.burn_in = 500;
+    let (sampler, chain) = (chains.sampler(&scene, None, 1), &mut chains.chains[0].clone());
+    let mut stats = ChainStats::default();
+    sampler.burn_in(&mut chain.state, &mut chain.numbers, &mut Stats::default(), &mut stats).expect("never stops");
+    assert!(stats.burn_in == 500 && stats.dropped > 5 && stats.large + stats.small == 0);
 }

@@ -5,7 +5,7 @@
 use crate::chains::{Chains, Setup};
 use crate::statistics::chi_square_p_value;
 use crate::toy::scenes::{edges_under_area_lights, edges_under_point_light};
-use volgrad::sampler::metropolis::{Techniques, bootstrap, learn};
+use volgrad::sampler::metropolis::{ChainStats, Techniques, bootstrap, learn};
 use volgrad::sampler::{Lengths, Stats, line_numbers};
 
 const LENGTHS: Lengths = Lengths { first: 3, last: 11 };
@@ -88,7 +88,8 @@ fn what_never_works_keeps_its_floor() {
     let lengths = Lengths { first: 2, last: 4 };
     let mut weights = vec![0.0; 2000];
     let alike = Techniques::alike(lengths);
-    bootstrap(&world.scene(), &world.geometry, 9, &alike, 0, &mut weights, &mut Stats::default()).expect("never stops");
+    let stats = (&mut Stats::default(), &mut ChainStats::default());
+    bootstrap(&world.scene(), &world.geometry, 9, &alike, 0, &mut weights, stats.0, stats.1).expect("never stops");
     let techniques = learn(9, lengths, &weights);
     for length in 2..=4 {
         let shares = techniques.shares(length);

@@ -68,6 +68,18 @@ proptest! {
         }
     }
 
+    /// And back, in the open square.
+    #[test]
+    fn a_guide_unwarps_what_it_warped(carried in carried(), us in prop::collection::vec(unit_square(), 64)) {
+        let guide = learned(&carried);
+        for u in us {
+            let (warped, density) = guide.warp(u).expect("u < 1");
+            let back = guide.unwarp(warped).expect("it made them");
+            // Where cells are thin rounding of what they were warped to counts for more.
+            prop_assert!((back - u).length() < TOLERANCE * density.max(1.0), "{u} {warped} {back}");
+        }
+    }
+
     /// What carried nothing at all, not a number or less than nothing teaches nothing.
     #[test]
     fn a_guide_that_learned_nothing_leaves_all_alike(u in unit_square(), nothing in prop_oneof![Just(0.0), Just(f64::NAN), Just(-1.0)]) {

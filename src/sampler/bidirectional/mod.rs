@@ -188,6 +188,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
                 let (u, _) = self.scene.lights.guide(index, pair(&first, Slot::DirectionU, Slot::DirectionV));
                 film.add((u + DVec2::new(0.0, index.into())) * GUIDE_SIDE as f64, sum);
             }
+            stats.paths += 1;
         }
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! mutation on [V97 11.3.1]. The balance heuristic needs b too, and there a start's own value must not be part of it: it would count for less
 //! the brighter it is, and images with n samples per length would be darker by up to the probability of a large step over n.
 
+use super::chain::ChainStats;
 use super::numbers::capacity;
 use super::path::{Scratch, make, target};
 use super::techniques::Techniques;
@@ -40,6 +41,7 @@ pub fn run<Q: Queries>(
     first: u64,
     weights: &mut [f32],
     stats: &mut Stats,
+    chain_stats: &mut ChainStats,
 ) -> Result<(), Stop> {
     let (mut room, mut numbers) = (Scratch::default(), [0.0; capacity(MAX_LENGTH)]);
     let seed = techniques.seed(seed);
@@ -48,6 +50,8 @@ pub fn run<Q: Queries>(
         let path = make(scene, queries, technique, &numbers[..technique.numbers()], &mut room, stats)?;
         let value = path.map_or(0.0, |path| target(&path) / techniques.probability(length, technique)) as f32;
         *weight = if value.is_finite() { value } else { 0.0 };
+        chain_stats.samples += 1;
+        chain_stats.dropped += u64::from(!value.is_finite());
     }
     Ok(())
 }
@@ -107,6 +111,8 @@ pub struct Start {
     /// b of this length, and as the other samples alone tell it.
     pub brightness: f64,
     pub others: f32,
+    /// What the chain should find there, so that it knows whether it has the scene, the seed and the techniques of the samples.
+    pub value: f64,
 }
 
 impl Plan {
@@ -165,6 +171,7 @@ impl Plan {
             if !(*weight > 0.0) {
                 continue;
             }
+            let value = f64::from(*weight) * self.techniques.of_length(length);
             let start = Start {
                 sample: index,
                 length: length as u32,
@@ -172,6 +179,7 @@ impl Plan {
                 chains: self.chain_count,
                 brightness: sum / self.samples as f64,
                 others: ((sum - f64::from(*weight)).max(0.0) / (self.samples as f64 - 1.0).max(1.0)) as f32,
+                value,
             };
             last[length] = start;
             passed[length] += f64::from(chains) * f64::from(*weight) / sum;

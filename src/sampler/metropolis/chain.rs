@@ -46,11 +46,14 @@ pub struct State {
     /// How much of the current path is still to be splatted, and the mutation that made it.
     pending: f64,
     born: u64,
+    /// Its f* over the technique's probability.
+    target: f64,
 }
 
-/// Counts of mutations, and of those accepted.
+/// Counts of samples before the chains, of mutations, and of those accepted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChainStats {
+    pub samples: u64,
     pub large: u64,
     pub large_accepted: u64,
     pub small: u64,
@@ -58,7 +61,7 @@ pub struct ChainStats {
     /// Mutations to a path that carries nothing.
     pub dark: u64,
     pub burn_in: u64,
-    /// Paths whose value was not finite.
+    /// Paths whose value was not finite, among samples and mutations of all kinds.
     pub dropped: u64,
 }
 
@@ -80,6 +83,10 @@ const STEP_RANGE: f64 = 4.0;
 const FIRST_GAIN: f64 = 2.0;
 const GAIN_DECAY: f64 = 1.0 / 8.0;
 const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=0.5;
+
+/// How much a path's value may differ between two evaluations of the same numbers, relative: on processors of another type rays can end a
+/// little elsewhere. Another scene or table gives other values, to some of a plan's chains at least.
+const SAME_VALUE: f64 = 1e-3;
 
 /// A path of the chain, ready to be splatted.
 struct Sample {
@@ -142,6 +149,7 @@ impl State {
             phase,
             pending: 0.0,
             born: 0,
+            target: start.value,
         })
     }
 }
@@ -170,6 +178,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         for i in 0..self.options.burn_in {
             let decision = self.decide(state, numbers, &mut room, stats)?;
             chain_stats.burn_in += 1;
+            chain_stats.dropped += u64::from(decision.dropped);
             if !decision.large {
                 let gain = FIRST_GAIN / (1.0 + f64::from(i) * GAIN_DECAY);
                 let size = state.step * libm::exp(gain * (decision.acceptance - TARGET_RATE));
@@ -221,13 +230,14 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         self.splat(state, &room.current, state.pending, &mut room.batch, film, stats)
     }
 
-    /// At the path of the chain's numbers.
+    /// At the path of the chain's numbers. It stops if that is another one than it was.
     fn begin(&self, state: &State, numbers: &[f64], stats: &mut Stats) -> Result<Room<'a>, Stop> {
         let mut room = Room::default();
         let numbers = numbers.get(..state.technique.numbers()).unwrap_or(&[]);
         self.sample(state, state.technique, numbers, &mut room.paths, &mut room.current, stats)?;
         room.current.born = state.born;
-        Ok(room)
+        let same = (room.current.target - state.target).abs() <= SAME_VALUE * state.target;
+        if same { Ok(room) } else { Err(Stop::OtherPath) }
     }
 
     /// Evaluates a technique at some numbers.
@@ -290,6 +300,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         if decision.accepted {
             state.technique = decision.technique;
             state.born = room.proposal.born;
+            state.target = room.proposal.target;
             numbers.iter_mut().zip(&room.numbers).take(decision.technique.numbers()).for_each(|(to, from)| *to = *from);
             core::mem::swap(&mut room.current, &mut room.proposal);
         }

@@ -9,6 +9,9 @@ use crate::scene::{Queries, Stop, View};
 /// Where any number will do.
 const ANY: f64 = 0.5;
 
+/// Where numbers of (0, 1) begin: rounding may leave some at an end.
+const LEAST: f64 = 0.5 * f64::EPSILON;
+
 /// Numbers as they come, vertex by vertex.
 struct Writer {
     numbers: Numbers,
@@ -19,14 +22,14 @@ impl Writer {
     fn push(&mut self, numbers: &[f64]) {
         for number in numbers {
             if let Some(slot) = self.numbers.get_mut(self.count) {
-                *slot = *number;
+                *slot = number.clamp(LEAST, 1.0 - LEAST);
                 self.count += 1;
             }
         }
     }
 }
 
-/// The numbers from which `technique` makes this path: as many as [`Technique::numbers`] says, of those between which a path does not
+/// The numbers from which `technique` makes this path, each in (0, 1): as many as [`Technique::numbers`] says, of those between which a path does not
 /// change any. None if it never makes it. On smooth surfaces it is taken on trust that directions are those that they reflect or refract.
 pub fn invert<Q: Queries>(path: &Joined, queries: &Q, technique: Technique) -> Result<Option<Numbers>, Stop> {
     let mut writer = Writer { numbers: [0.0; capacity(MAX_LENGTH)], count: 0 };
@@ -89,7 +92,7 @@ fn from_light(path: &Joined, count: usize, writer: &mut Writer) -> Option<()> {
         }
         _ => return None,
     };
-    let direction = if count > 1 { direction? } else { DVec2::splat(ANY) };
+    let direction = if count > 1 { scene.lights.unguide(index, direction?) } else { DVec2::splat(ANY) };
     writer.push(&[scene.lights.number(index, ANY)?, place.x, place.y, direction.x, direction.y]);
     for j in 1..count {
         let (i, on) = (last - j, j + 1 < count);

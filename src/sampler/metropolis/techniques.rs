@@ -104,7 +104,11 @@ impl Techniques {
         (length, self.shares(length).technique(length, v))
     }
 
+    pub fn of_length(&self, length: usize) -> f64 {
+        self.lengths.probability(length)
+    }
+
     pub fn probability(&self, length: usize, technique: Technique) -> f64 {
-        self.lengths.probability(length) * self.shares(length).of_technique(technique)
+        self.of_length(length) * self.shares(length).of_technique(technique)
     }
 }

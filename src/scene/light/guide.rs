@@ -1,7 +1,7 @@
 //! Where light should be sent: how often each part of a light's directions (for one infinitely far away, of the places that it shines on) starts
 //! a subpath, learned from what such subpaths carried to the camera.
 
-use super::distribution::{accumulate, pick, probability};
+use super::distribution::{accumulate, number, pick, probability};
 use crate::math::DVec2;
 
 /// Parts along each axis of the square of numbers that choose a direction.
@@ -54,6 +54,13 @@ impl Guide {
         let (i, along) = pick(self.columns.get(j)?, u.x)?;
         let warped = DVec2::new(i as f64 + along, j as f64 + down) / GUIDE_SIDE as f64;
         Some((warped.clamp(DVec2::ZERO, DVec2::ONE), self.density_in(i, j)))
+    }
+
+    /// The uniform numbers that [`Guide::warp`] makes these of.
+    pub fn unwarp(&self, warped: DVec2) -> Option<DVec2> {
+        let (i, j) = (cell(warped.x), cell(warped.y));
+        let rest = warped * GUIDE_SIDE as f64 - DVec2::new(i as f64, j as f64);
+        Some(DVec2::new(number(self.columns.get(j)?, i, rest.x)?, number(&self.rows, j, rest.y)?))
     }
 
     /// Density of those numbers.

@@ -189,6 +189,11 @@ impl<'a> Lights<'a> {
         self.guides.get(index as usize).and_then(|guide| guide.warp(u)).unwrap_or((u, 1.0))
     }
 
+    /// The numbers that [`Lights::guide`] warps to these.
+    pub fn unguide(&self, index: u32, warped: DVec2) -> DVec2 {
+        self.guides.get(index as usize).and_then(|guide| guide.unwarp(warped)).unwrap_or(warped)
+    }
+
     /// The density of such numbers, told only if anyone asks.
     pub fn guide_density(&self, index: u32, numbers: impl FnOnce() -> Option<DVec2>) -> f64 {
         match self.guides.get(index as usize) {
