@@ -81,6 +81,21 @@ static volgrad_status take_samples(lesson *l, guide *g, int *done)
     return status;
 }
 
+static volgrad_status find_brightness(const lesson *l, guide *g, const volgrad_film *film)
+{
+    size_t pixels = (size_t)l->width * l->height;
+    float *rgb = malloc(3 * pixels * sizeof *rgb);
+    if (rgb == NULL) {
+        return VOLGRAD_OK; /* nothing is left to chance then */
+    }
+    volgrad_status status = volgrad_film_develop(film, 1.0 / (double)g->samples, rgb, 3 * pixels);
+    for (size_t i = 0; status == VOLGRAD_OK && i < pixels; ++i) {
+        g->brightness += 0.2126 * rgb[3 * i] + 0.7152 * rgb[3 * i + 1] + 0.0722 * rgb[3 * i + 2];
+    }
+    free(rgb);
+    return status;
+}
+
 /* Puts a scene that is guided by `film` into the guide's memory. */
 static volgrad_status make_scene(guide *g, const render_job *job, volgrad_film *film)
 {
@@ -108,6 +123,9 @@ static int learn(lesson *l, guide *g, volgrad_status *status)
     }
     if (*status == VOLGRAD_OK) {
         *status = films_sum(&l->films, &sum);
+    }
+    if (*status == VOLGRAD_OK) {
+        *status = find_brightness(l, g, sum.film);
     }
     if (*status == VOLGRAD_OK) {
         *status = make_scene(g, l->job, sum.film);

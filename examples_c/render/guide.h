@@ -9,6 +9,7 @@ typedef struct {
     void *memory;               /* to be freed once that scene is not used any more */
     uint64_t samples;           /* that it learned from; 0: nothing is guided */
     double seconds;             /* that they took */
+    double brightness;          /* mean luminance of a pixel, as far as subpaths from lights make it; 0: nothing is guided */
     volgrad_path_sampler_stats stats;
 } guide;
 

@@ -141,6 +141,12 @@ static int render_and_write(const render_job *job, image_source *source)
     return exit_status;
 }
 
+/* The best in scenes/room.xml of what was tried; a batch costs more than a connection. */
+static double roulette(const options *o)
+{
+    return o->roulette >= 0.0 ? o->roulette : o->shift.mode != VOLGRAD_SHIFT_NONE ? 3.0 : 0.5;
+}
+
 static int run_with_queries(image_source *source, samplers *all, const scene *s, const volgrad_scene *core,
                             const volgrad_queries *queries)
 {
@@ -159,6 +165,7 @@ static int run_with_queries(image_source *source, samplers *all, const scene *s,
                       .bidirectional = o->integrator == INTEGRATOR_BDPT ? &all->bidirectional : NULL,
                       .chains = source->chains,
                       .guide = all->has_guide ? &all->guide : NULL,
+                      .roulette = roulette(o),
                       .width = window.width,
                       .height = window.height,
                       .pixel_count = pixels,

@@ -122,6 +122,7 @@ void metadata_collect(metadata *m, const image_source *source)
     add_text(m, "integrator", options_integrator_name(source->options->integrator));
     if (source->options->integrator == INTEGRATOR_BDPT) {
         add_text(m, "heuristic", options_heuristic_name(source->options->heuristic));
+        add_number(m, "roulette", result->roulette);
     }
     if (source->options->integrator != INTEGRATOR_PATH) {
         add_number(m, "guideSamples", (double)result->guide_samples);

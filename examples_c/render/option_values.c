@@ -35,6 +35,13 @@ int read_positive(const char *text, const char *unit, double *out)
     return rest != text && strcmp(rest, unit) == 0 && isfinite(*out) && *out > 0.0;
 }
 
+int read_factor(const char *text, double *out)
+{
+    char *rest;
+    *out = strtod(text, &rest);
+    return rest != text && *rest == '\0' && isfinite(*out) && *out >= 0.0;
+}
+
 int read_share(const char *text, float *out)
 {
     char *rest;

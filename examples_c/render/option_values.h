@@ -13,6 +13,9 @@ int read_whole32(const char *text, uint32_t low, uint32_t high, uint32_t *out);
 /* A number > 0 followed by `unit`. */
 int read_positive(const char *text, const char *unit, double *out);
 
+/* A number >= 0. */
+int read_factor(const char *text, double *out);
+
 /* A number from 0 to 1. */
 int read_share(const char *text, float *out);
 

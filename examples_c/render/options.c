@@ -26,6 +26,8 @@ enum {
     OPTION_INTEGRATOR,
     OPTION_HEURISTIC,
     OPTION_GUIDE,
+    OPTION_LIGHT_VERTICES,
+    OPTION_ROULETTE,
     OPTION_DEBUG_TECHNIQUES,
     OPTION_MUTATIONS,
     OPTION_CHAINS,
@@ -58,6 +60,8 @@ static const struct option LONG_OPTIONS[] = {
     {"integrator", required_argument, NULL, OPTION_INTEGRATOR},
     {"heuristic", required_argument, NULL, OPTION_HEURISTIC},
     {"guide", required_argument, NULL, OPTION_GUIDE},
+    {"light-vertices", required_argument, NULL, OPTION_LIGHT_VERTICES},
+    {"roulette", required_argument, NULL, OPTION_ROULETTE},
     {"debug-techniques", required_argument, NULL, OPTION_DEBUG_TECHNIQUES},
     {"mutations", required_argument, NULL, OPTION_MUTATIONS},
     {"chains", required_argument, NULL, OPTION_CHAINS},
@@ -75,6 +79,9 @@ static const struct option LONG_OPTIONS[] = {
 };
 
 /* ---- one option ---- */
+
+/* As volgrad_bidirectional_options has it. */
+enum { MOST_SHIFTED_LIGHT_VERTICES = 3 };
 
 /* Most that volgrad_chain_plan takes. */
 enum { MOST_CHAINS = 1 << 24 };
@@ -95,12 +102,14 @@ static int read_max_depth(const char *text, options *out)
     return read_whole32(text, 1, INT32_MAX, &out->max_depth);
 }
 
-/* Options that mean nothing without --shift, --integrator bdpt, either, --integrator mmlt: the last one seen of each, or NULL. */
+/* Options that mean nothing without --shift, --integrator bdpt, either, --integrator mmlt, or with bdpt: the last one seen of each, or
+   NULL. */
 typedef struct {
     const char *needs_shift;
     const char *needs_bdpt;
     const char *needs_lights; /* --integrator bdpt or mmlt, whose subpaths start at lights too */
     const char *needs_mmlt;
+    const char *not_for_bdpt;
 } usage;
 
 static int take_chain_option(int option, const char *value, chain_settings *out, usage *seen)
@@ -152,7 +161,7 @@ static int take_shift_option(int option, const char *value, options *out, usage 
         return read_radius(value, &out->shift) ||
                complain("shift-radius", value, "a number > 0 of pixels, as in 4px, or of world units, as in 0.1");
     case OPTION_SHIFT_RUN:
-        seen->needs_shift = "--shift-run";
+        seen->needs_shift = seen->not_for_bdpt = "--shift-run";
         return read_whole32(value, 1, UINT16_MAX, &out->shift.run) ||
                complain("shift-run", value, "a whole number from 1 to 65535");
     case OPTION_SHIFT_EXACT:
@@ -204,6 +213,13 @@ static int take_option(int option, const char *value, options *out, usage *seen)
         out->has_guide = 1;
         return read_whole(value, 0, UINT32_MAX, &out->guide) ||
                complain("guide", value, "a whole number from 0 to 4294967295");
+    case OPTION_LIGHT_VERTICES:
+        seen->needs_bdpt = "--light-vertices";
+        return read_whole32(value, 1, VOLGRAD_MAX_LENGTH, &out->light_vertices) ||
+               complain("light-vertices", value, "a whole number from 1 to 64");
+    case OPTION_ROULETTE:
+        seen->needs_bdpt = "--roulette";
+        return read_factor(value, &out->roulette) || complain("roulette", value, "a number >= 0");
     case OPTION_DEBUG_TECHNIQUES:
         seen->needs_bdpt = "--debug-techniques";
         out->techniques = value;
@@ -234,6 +250,7 @@ static int set_defaults(options *out)
 {
     memset(out, 0, sizeof *out);
     out->threads = processors();
+    out->roulette = -1.0;
     volgrad_status status = volgrad_shift_options_default(&out->shift, sizeof out->shift);
     if (status == VOLGRAD_OK) {
         status = volgrad_chain_options_default(&out->chains.options, sizeof out->chains.options);
@@ -281,8 +298,11 @@ static options_result check_line(const options *out, const usage *seen, int scen
     if (seen->needs_mmlt != NULL && out->integrator != INTEGRATOR_MMLT) {
         return refuse(seen->needs_mmlt, " means nothing without --integrator mmlt");
     }
-    if (out->integrator == INTEGRATOR_BDPT && out->shift.mode != VOLGRAD_SHIFT_NONE) {
-        return refuse("", "--shift does not go with --integrator bdpt: use path or mmlt");
+    if (seen->not_for_bdpt != NULL && out->integrator == INTEGRATOR_BDPT) {
+        return refuse(seen->not_for_bdpt, " means nothing with --integrator bdpt, which moves one vertex");
+    }
+    if (out->shift.mode != VOLGRAD_SHIFT_NONE && out->light_vertices > MOST_SHIFTED_LIGHT_VERTICES) {
+        return refuse("", "--light-vertices: at most 3 with --shift");
     }
     return OPTIONS_RUN;
 }

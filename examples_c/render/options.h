@@ -21,6 +21,8 @@ typedef struct {
     uint32_t heuristic;  /* VOLGRAD_HEURISTIC_* */
     int has_guide;
     uint64_t guide; /* passes to learn from; 0: no guides */
+    uint32_t light_vertices; /* 0: not given */
+    double roulette; /* over the image's brightness, as far as guides know it; < 0: not given */
     volgrad_shift_options shift;
     const char *techniques; /* folder of their images; NULL: none */
     chain_settings chains; /* options.seed and options.shift are not set */

@@ -37,6 +37,13 @@ int render_run(const render_job *job, render_result *result)
     if (ok) {
         render_job guided = *job;
         guided.scene = g.scene;
+        volgrad_bidirectional_options bidirectional;
+        if (job->bidirectional != NULL) {
+            bidirectional = *job->bidirectional;
+            bidirectional.roulette = (float)(job->roulette * g.brightness);
+            result->roulette = bidirectional.roulette;
+            guided.bidirectional = &bidirectional;
+        }
         ok = job->chains != NULL ? metropolis_render(&guided, result) : passes_render(&guided, result);
     }
     guide_free(&g);

@@ -38,6 +38,7 @@ typedef struct {
     const technique *technique;                         /* only what it makes, of all samplers; NULL: everything */
     const chain_settings *chains;                       /* NULL: no chains */
     const guide_settings *guide;                        /* NULL: subpaths go wherever lights shine */
+    double roulette;                                    /* bidirectional->roulette over the brightness that guides find */
     uint32_t width, height;                             /* of the whole image */
     uint32_t pixel_count;                               /* in the crop window */
     unsigned threads;                                   /* at least 1 */
@@ -84,6 +85,7 @@ typedef struct {
     owned_film film; /* the sum of all passes; NULL unless status is VOLGRAD_OK */
     uint64_t guide_samples; /* that guides learned from; 0: no guides */
     double guide_seconds;   /* that it took */
+    double roulette;        /* luminance from which on nothing was left to chance; 0: nothing was */
     volgrad_path_sampler_stats guide_stats;
     chain_result chains;
 } render_result;

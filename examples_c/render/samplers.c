@@ -31,6 +31,7 @@ static void set_guide(samplers *all, const options *o, uint32_t longest)
     all->guide.options.rr_depth = all->path.rr_depth;
     /* Other random numbers than those of the image: what they choose must not have been learned from them. */
     all->guide.options.seed = ~o->seed;
+    all->guide.options.light_vertices = all->bidirectional.light_vertices;
 }
 
 static int set_bidirectional(samplers *all, const options *o)
@@ -44,6 +45,8 @@ static int set_bidirectional(samplers *all, const options *o)
     all->bidirectional.rr_depth = all->path.rr_depth;
     all->bidirectional.heuristic = o->heuristic;
     all->bidirectional.seed = o->seed;
+    all->bidirectional.light_vertices = o->light_vertices;
+    all->bidirectional.shift = o->shift;
     leave_out(all, shortest, all->bidirectional.max_length);
     set_guide(all, o, all->bidirectional.max_length);
     return 1;

@@ -70,6 +70,9 @@ pub struct PathTracer<'a, Q> {
 const MAX_SURVIVAL: f64 = 0.95;
 const LONGEST_SURE_PATH: u32 = 1 << 16;
 
+/// Of the walks that begin edges that are left out, one for so many of them goes on.
+const EDGES_PER_WALK: f64 = 4.0;
+
 impl<Q: Queries> PathTracer<'_, Q> {
     /// One path through each of `pixels` of the camera's crop, with all its splats. Pixels are numbered row by row; with tiles, tile by
     /// tile.
@@ -164,6 +167,8 @@ struct Walk<'a, Q> {
     sampled: Option<Sampled>,
     /// Whether no vertex so far scatters.
     direct: bool,
+    /// Whether another sampler renders all that it can still become but for very long paths.
+    in_tail: bool,
 }
 
 /// A vertex to scatter at, and what its rays need.
@@ -192,6 +197,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             eta_squared: 1.0,
             sampled: None,
             direct: true,
+            in_tail: false,
         }
     }
 
@@ -359,7 +365,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
 
     /// Next-event estimation at a vertex, then a new direction. False: the path ends.
     fn scatter(&mut self, depth: u32, vertex: &Vertex, numbers: &VertexNumbers) -> Result<bool, Stop> {
-        let survival = self.survival(depth);
+        let survival = self.survival(depth) * self.enter_tail(depth);
         let origin = |direction| self.origin_of(vertex, direction);
         let outcome = if self.options.leaves_out(depth + 1, false) {
             Outcome::Nothing
@@ -407,6 +413,16 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             return 1.0;
         }
         (self.throughput.max_element() * self.eta_squared).min(MAX_SURVIVAL)
+    }
+
+    /// Probability of going on where the next edges' lengths are left out: what lies beyond is so little that few walks need to get there.
+    fn enter_tail(&mut self, depth: u32) -> f64 {
+        if self.in_tail || !self.options.leaves_out(depth + 1, self.direct) {
+            return 1.0;
+        }
+        self.in_tail = true;
+        let left_out = f64::from(self.options.left_out.last - depth);
+        (EDGES_PER_WALK / left_out).min(1.0)
     }
 
     /// Where rays from a vertex in `direction` start.
