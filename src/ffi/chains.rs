@@ -6,7 +6,9 @@ use super::films::{film, volgrad_film};
 use super::pointer::{check, exclusive, output, reference, sized, sized_over, write_sized};
 use super::samplers::{HostQueries, check_size};
 use super::scenes::{ALIGNMENT, check_memory, scene, volgrad_scene};
-use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
+use super::shifts::{
+    DEFAULTS as SHIFT_DEFAULTS, VOLGRAD_SHIFT_NONE, options as shift_options, thesis_options, volgrad_shift_options,
+};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{VOLGRAD_ABI_VERSION, volgrad_queries};
 use crate::sampler::metropolis::{ChainStats, Metropolis, Options, Start, State, capacity};
@@ -31,7 +33,7 @@ pub struct volgrad_chain_options {
     /// Every how many mutations a batch of shifted paths is made, which then counts as many times; >= 1. Unused without shifts.
     pub shift_every: u32,
     pub seed: u64,
-    /// Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
+    /// Batches, as by `volgrad_shift_path`, or of the modes for chains alone. Its struct_size is that of this library's version.
     pub shift: volgrad_shift_options,
 }
 
@@ -97,13 +99,15 @@ pub(super) fn options(o: &volgrad_chain_options) -> Result<(Options, Lengths), F
     if o.shift.struct_size as usize != size_of::<volgrad_shift_options>() {
         return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
     }
-    let shift = shift_options(&o.shift)?;
+    let thesis = thesis_options(&o.shift)?;
+    let shift = if thesis.is_none() { shift_options(&o.shift)? } else { None };
     let options = Options {
         seed: o.seed,
         large_step: o.large_step.into(),
         burn_in: o.burn_in,
         shift,
-        shift_every: if shift.is_some() { o.shift_every } else { 1 },
+        thesis,
+        shift_every: if o.shift.mode == VOLGRAD_SHIFT_NONE { 1 } else { o.shift_every },
     };
     Ok((options, Lengths { first: o.min_length, last: o.max_length }))
 }

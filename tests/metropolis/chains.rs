@@ -45,7 +45,7 @@ impl<'w> Chains<'w> {
     pub fn new(world: &'w World, setup: &Setup, seed: u64) -> Self {
         let scene = world.scene();
         let Setup { lengths, large_step, burn_in, .. } = *setup;
-        let options = Options { seed, large_step, burn_in, shift: None, shift_every: 1 };
+        let options = Options { seed, large_step, burn_in, shift: None, thesis: None, shift_every: 1 };
         let mut stats = Stats::default();
         let mut sample = |techniques: &Techniques, count: usize| {
             let mut weights = vec![0.0; count];

@@ -44,6 +44,10 @@ impl<'a> Subpath<'a> {
         self.vertices.get(..self.count).unwrap_or(&[])
     }
 
+    pub fn vertices_mut(&mut self) -> &mut [Vertex<'a>] {
+        self.vertices.get_mut(..self.count).unwrap_or(&mut [])
+    }
+
     pub fn clear(&mut self) {
         self.count = 0;
     }

@@ -9,7 +9,7 @@ use super::path::{Scratch, make, target};
 use super::techniques::{Shares, Techniques};
 use crate::film::Film;
 use crate::math::{Colour, DVec2};
-use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique};
+use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique, thesis};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{ChainNumbers, chain_shift_numbers};
 use crate::scene::{Queries, Scene, Stop};
@@ -24,6 +24,8 @@ pub struct Options {
     /// Mutations before the first that counts, in which the size of small steps adapts.
     pub burn_in: u32,
     pub shift: Option<shift::Options>,
+    /// The thesis' estimator in its place.
+    pub thesis: Option<thesis::Options>,
     /// T: of paths that move only every T-th mutation counts, T times. 1 without shifts.
     pub shift_every: u32,
 }
@@ -202,8 +204,12 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             // the first splat: nothing has changed then.
             let stay = state.pending + worth(&room.current) * (1.0 - decision.acceptance);
             let come = worth(&room.proposal) * (decision.acceptance + if decision.large { room.proposal.large } else { 0.0 });
-            let (left, due) = if decision.accepted { (&room.current, stay) } else { (&room.proposal, come) };
-            self.splat(state, left, due, &mut room.batch, film, stats)?;
+            let (left, made, due) = if decision.accepted {
+                (&room.current, (state.technique, &*numbers), stay)
+            } else {
+                (&room.proposal, (decision.technique, &room.numbers[..]), come)
+            };
+            self.splat(state, left, made, due, &mut room.batch, film, stats)?;
             state.pending = if decision.accepted { come } else { stay };
             state.mutations += 1;
             chain_stats.count(&decision);
@@ -218,7 +224,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             return Ok(());
         }
         let mut room = self.begin(state, numbers, stats)?;
-        self.splat(state, &room.current, state.pending, &mut room.batch, film, stats)
+        self.splat(state, &room.current, (state.technique, numbers), state.pending, &mut room.batch, film, stats)
     }
 
     /// At the path of the chain's numbers.
@@ -255,12 +261,14 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let value = path.value * (path.weight * share / (probability * density(others.into())));
         (sample.target, sample.pixel, sample.value) = (target, path.pixel, value);
         sample.large = density(others.into()) / density(brightness);
-        if let Some(options) = &self.options.shift {
-            let connection = Connection { value, weight: 1.0, ..path };
-            let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
-            let joined = Joined { scene: self.scene, camera, light, connection: &connection };
-            sample.moves = joined.prepare(self.queries, options, &mut sample.shiftable)?;
-        }
+        let connection = Connection { value, weight: 1.0, ..path };
+        let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
+        let joined = Joined { scene: self.scene, camera, light, connection: &connection };
+        sample.moves = match (&self.options.thesis, &self.options.shift) {
+            (Some(_), _) => joined.is_available(),
+            (None, Some(options)) => joined.prepare(self.queries, options, &mut sample.shiftable)?,
+            (None, None) => false,
+        };
         Ok(())
     }
 
@@ -295,10 +303,12 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         }
     }
 
+    /// Splats a path, made by a technique of some numbers.
     fn splat(
         &self,
         state: &State,
         sample: &Sample,
+        made: (Technique, &[f64]),
         due: f64,
         batch: &mut shift::Scratch,
         film: &mut Film,
@@ -306,6 +316,9 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     ) -> Result<(), Stop> {
         if !(due > 0.0 && sample.target > 0.0) {
             return Ok(());
+        }
+        if let Some(options) = self.options.thesis.filter(|_| sample.moves) {
+            return self.splat_thesis(&options, state, (sample.born, sample.value * due), made, film, stats);
         }
         let (Some(options), Some(path)) = (&self.options.shift, sample.shiftable.as_ref().filter(|_| sample.moves)) else {
             film.add(sample.pixel, sample.value * due);

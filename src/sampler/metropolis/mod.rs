@@ -6,6 +6,7 @@ mod inverse;
 mod numbers;
 mod path;
 mod techniques;
+mod thesis;
 
 pub use bootstrap::{Numbers, Plan, Start, learn, run as bootstrap};
 pub use chain::{ChainStats, Metropolis, Options, State};
