@@ -7,7 +7,7 @@ use crate::{options, pixels, worlds};
 use std::collections::BTreeMap;
 use volgrad::math::{DVec3, luminance};
 use volgrad::medium::NONE;
-use volgrad::sampler::bidirectional::thesis::{Moving, NO_MEMBERS, Options};
+use volgrad::sampler::bidirectional::thesis::{EMPTY, Moving, Options};
 use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Joined, Kind, Sample, Subpath, Vertex};
 use volgrad::sampler::{Stats, line_numbers};
 use volgrad::scene::{HIT_NONE, Hit, Queries, Ray, Scene};
@@ -252,7 +252,7 @@ fn batches_are_worth_w_f_over_p() {
                 } else {
                     [RADIUS * SAMPLES.powf((ALPHA - 1.0) / 3.0); 3]
                 };
-                let mut members = NO_MEMBERS;
+                let mut members = EMPTY;
                 let mut numbers = NUMBERS.iter().step_by(if own.is_specular(2) { 3 } else { 1 });
                 let mut random = || *numbers.next().expect("three for each");
                 let stats = &mut Stats::default();
@@ -285,7 +285,7 @@ fn clamps_are_kept() {
     let options = Options { radius: 0.3, count: 3, alpha: 1.0, clamp: 1.25, as_printed: false };
     let mut reached = 0;
     each(&worlds::lamp(worlds::room(worlds::pinhole(), worlds::fog())), 4, |subject| {
-        let (mut members, mut random) = (NO_MEMBERS, line_numbers(4, 0));
+        let (mut members, mut random) = (EMPTY, line_numbers(4, 0));
         let made = subject.moving(|moving| moving.batch(&options, 1.0, &mut random, &mut members, &mut Stats::default()));
         for (_, w) in &members[..made.expect("never stops")] {
             assert!(w.abs() <= 1.25);

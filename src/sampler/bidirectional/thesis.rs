@@ -55,12 +55,9 @@ impl Options {
     }
 }
 
-/// Where a member of a batch is seen, and its W.
-pub type Member = (DVec2, f64);
-
-/// Room for a batch.
-pub type Members = [Member; MAX_SHIFTS];
-pub const NO_MEMBERS: Members = [(DVec2::ZERO, 0.0); MAX_SHIFTS];
+/// Where the members of a batch are seen, and their W.
+pub type Batch = [(DVec2, f64); MAX_SHIFTS];
+pub const EMPTY: Batch = [(DVec2::ZERO, 0.0); MAX_SHIFTS];
 
 /// A path of a technique that is weighted by the balance heuristic, while its first vertex is moved about.
 pub struct Moving<'p, 'a, Q> {
@@ -173,7 +170,7 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
         options: &Options,
         samples: f64,
         random: &mut impl FnMut() -> f64,
-        members: &mut Members,
+        members: &mut Batch,
         stats: &mut Stats,
     ) -> Result<usize, Stop> {
         let Some(own) = self.moved(DVec3::ZERO, stats)? else { return Ok(0) };

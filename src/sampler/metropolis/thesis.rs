@@ -8,7 +8,7 @@ use super::path::{Scratch, make};
 use crate::film::Film;
 use crate::math::Colour;
 use crate::sampler::bidirectional::Technique;
-use crate::sampler::bidirectional::thesis::{Moving, NO_MEMBERS, Options};
+use crate::sampler::bidirectional::thesis::{EMPTY, Moving, Options};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::chain_shift_numbers;
 use crate::scene::{Queries, Stop};
@@ -33,7 +33,7 @@ impl<Q: Queries> Metropolis<'_, Q> {
         let mut moving = Moving::new(self.scene, self.queries, camera, light, &path)?;
         let (_, mut random) = chain_shift_numbers(self.options.seed, state.index, born);
         let samples = born as f64 * f64::from(state.start.chains);
-        let mut members = NO_MEMBERS;
+        let mut members = EMPTY;
         let count = moving.batch(options, samples, &mut random, &mut members, stats)?;
         for (pixel, w) in members.iter().take(count) {
             film.add(*pixel, value * (w / options.count as f64));
