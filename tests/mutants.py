@@ -580,8 +580,8 @@ MUTANTS = [
     Mutant(
         "metropolis: a flush forgets what is due",
         "src/sampler/metropolis/chain.rs",
-        "self.splat(state, &room.current, state.pending, &mut room.batch, film, stats)",
-        "self.splat(state, &room.current, 0.0, &mut room.batch, film, stats)",
+        "self.splat(state, &room.current, (state.technique, numbers), state.pending, &mut room.batch, film, stats)",
+        "self.splat(state, &room.current, (state.technique, numbers), 0.0, &mut room.batch, film, stats)",
         "metropolis three_mutations_without_burn_in",
     ),
     Mutant(
@@ -664,8 +664,8 @@ MUTANTS = [
     Mutant(
         "metropolis: a stopped mutation has been counted",
         "src/sampler/metropolis/chain.rs",
-        "self.splat(state, left, due, &mut room.batch, film, stats)?;",
-        "state.mutations += 1; self.splat(state, left, due, &mut room.batch, film, stats)?; state.mutations -= 1;",
+        "self.splat(state, left, made, due, &mut room.batch, film, stats)?;",
+        "state.mutations += 1; self.splat(state, left, made, due, &mut room.batch, film, stats)?; state.mutations -= 1;",
         "metropolis at_any_call",
     ),
     Mutant(

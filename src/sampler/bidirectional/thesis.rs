@@ -35,7 +35,7 @@ use crate::shift::{Depth, MAX_SHIFTS, fill_with_unit_ball};
 /// How a batch is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Of the ball in which x_1 moves, world units.
+    /// Of the ball in which x_1 moves, world units. ([Lu20 alg. 2] has it move on the sphere around that.)
     pub radius: f64,
     /// Paths beside x; x itself is no part of the batch.
     pub count: usize,
@@ -77,7 +77,7 @@ pub struct Moved {
     pub pixel: DVec2,
     /// MIS weight.
     pub weight: f64,
-    /// Of f/p, what changes by chance: the part of 1/p that the thesis does not have.
+    /// The part of 1/p that the thesis does not have.
     pub chance: f64,
 }
 
