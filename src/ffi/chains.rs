@@ -6,12 +6,10 @@ use super::films::{film, volgrad_film};
 use super::pointer::{check, exclusive, output, reference, sized, sized_over, write_sized};
 use super::samplers::{HostQueries, check_size};
 use super::scenes::{ALIGNMENT, check_memory, scene, volgrad_scene};
-use super::shifts::{
-    DEFAULTS as SHIFT_DEFAULTS, VOLGRAD_SHIFT_NONE, options as shift_options, thesis_options, volgrad_shift_options,
-};
+use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, thesis_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{VOLGRAD_ABI_VERSION, volgrad_queries};
-use crate::sampler::metropolis::{ChainStats, Metropolis, Options, Start, State, capacity};
+use crate::sampler::metropolis::{Batches, ChainStats, Metropolis, Options, Start, State, capacity};
 use crate::sampler::{Lengths, Stats};
 use core::ffi::c_void;
 use core::slice;
@@ -99,15 +97,16 @@ pub(super) fn options(o: &volgrad_chain_options) -> Result<(Options, Lengths), F
     if o.shift.struct_size as usize != size_of::<volgrad_shift_options>() {
         return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
     }
-    let thesis = thesis_options(&o.shift)?;
-    let shift = if thesis.is_none() { shift_options(&o.shift)? } else { None };
+    let shift = match thesis_options(&o.shift)? {
+        Some(thesis) => Some(Batches::Thesis(thesis)),
+        None => shift_options(&o.shift)?.map(Batches::Shifts),
+    };
     let options = Options {
         seed: o.seed,
         large_step: o.large_step.into(),
         burn_in: o.burn_in,
         shift,
-        thesis,
-        shift_every: if o.shift.mode == VOLGRAD_SHIFT_NONE { 1 } else { o.shift_every },
+        shift_every: if shift.is_some() { o.shift_every } else { 1 },
     };
     Ok((options, Lengths { first: o.min_length, last: o.max_length }))
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use volgrad::math::{DVec3, luminance};
 use volgrad::medium::NONE;
 use volgrad::sampler::bidirectional::thesis::{EMPTY, Moving, Options};
-use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Joined, Kind, Sample, Subpath, Vertex};
+use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Joined, Kind, Sample, Subpath};
 use volgrad::sampler::{Stats, line_numbers};
 use volgrad::scene::{HIT_NONE, Hit, Queries, Ray, Scene};
 
@@ -107,12 +107,11 @@ impl<'s, 'a> Subject<'s, 'a> {
         path.distance(1) < NEAR || path.distance(2) < NEAR || path.is_between_cells()
     }
 
-    /// Tells the estimator for this path, on copies of its subpaths.
+    /// Tells the estimator for this path.
     fn moving<T>(&self, tell: impl FnOnce(&mut Moving<'_, 'a, crate::Geometry>) -> T) -> T {
         let Sample { camera, light, connection } = self.sample;
-        let (mut camera, mut light): (Vec<Vertex>, Vec<Vertex>) = (camera.to_vec(), light.to_vec());
-        let queries = &self.world.geometry;
-        tell(&mut Moving::new(self.scene, queries, &mut camera, &mut light, connection).expect("never stops"))
+        let path = Joined { scene: self.scene, camera, light, connection };
+        tell(&mut Moving::new(&path, &self.world.geometry).expect("never stops"))
     }
 }
 
@@ -203,7 +202,7 @@ fn weights_are_those_of_the_moved_path() {
             let weight = if subject.is_seen(&path) { subject.weight(&path) } else { 0.0 };
             let Some(found) = found else {
                 dark += 1;
-                assert!(!(weight > 0.0), "{name}, {:?}: {weight}", path.vertices[1]);
+                assert!(!(weight > 0.0), "{name}, case {}: {weight}", subject.case());
                 return;
             };
             let lens = subject.scene.camera.on_lens(path.vertices[0].position);
@@ -212,7 +211,7 @@ fn weights_are_those_of_the_moved_path() {
             let errors = [found.weight / weight - 1.0, found.chance / own.chance / chance - 1.0];
             let error =
                 errors.into_iter().fold((found.pixel - image.pixel).length(), |a, b| if b.abs() > a { b.abs() } else { a });
-            assert!(error < OF_WEIGHTS, "{name}, {:?}: {error} {errors:?}", path.vertices);
+            assert!(error < OF_WEIGHTS, "{name}, case {}: {error} {errors:?}", subject.case());
             worst = worst.max(error);
             *cases.entry((subject.case(), path.is_specular(2))).or_default() += 1;
         });

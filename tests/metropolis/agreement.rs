@@ -88,7 +88,7 @@ fn estimate(subject: &Subject, chains: &[Chains], shift: Option<shift::Options>,
         picture.stats
     });
     let batches = batches.into_inner().expect("no panic");
-    assert_eq!(batches > 0, shift.is_some() || chains[0].options.thesis.is_some());
+    assert_eq!(batches > 0, shift.is_some() || chains[0].thesis.is_some());
     estimate
 }
 
@@ -191,7 +191,7 @@ fn the_thesis_is_biased_at_a_large_radius() {
     check("exchangeable", &unbiased, unbiased.paired_scores(&plain));
     let mut of_thesis = |radius| {
         let options = thesis::Options { radius, count: 4, alpha: 1.0, clamp: f64::INFINITY, as_printed: false };
-        chains.iter_mut().for_each(|chains| chains.options.thesis = Some(options));
+        chains.iter_mut().for_each(|chains| chains.thesis = Some(options));
         let scores = estimate(&subject, &chains, None, 1).paired_scores(&plain);
         println!("thesis, radius {radius}: {scores:?}");
         scores

@@ -74,7 +74,7 @@ fn by_chains() {
     let mut chains = Chains::new(&world, &SETUP, 1);
     let others = [(None, None, 1), (Some(THESIS), None, 2)];
     for (thesis, shift, every) in others.into_iter().chain(unbiased_shifts().map(|shift| (None, Some(shift), 2))) {
-        chains.options.thesis = thesis;
+        chains.thesis = thesis;
         let sampler = chains.sampler(&scene, shift, every);
         let (mut all, mut picture) = (chains.chains.clone(), Picture::new(&world));
         let count = allocations(|| {

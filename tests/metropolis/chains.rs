@@ -3,7 +3,10 @@
 use crate::toy::Geometry;
 use crate::toy::scenes::World;
 use volgrad::film::{Cell, Film};
-use volgrad::sampler::metropolis::{ChainStats, Metropolis, Options, Plan, State, Techniques, bootstrap, capacity, learn};
+use volgrad::sampler::bidirectional::thesis;
+use volgrad::sampler::metropolis::{
+    Batches, ChainStats, Metropolis, Options, Plan, State, Techniques, bootstrap, capacity, learn,
+};
 use volgrad::sampler::{Lengths, Stats};
 use volgrad::scene::Scene;
 use volgrad::shift;
@@ -36,6 +39,8 @@ impl Clone for Chain {
 pub struct Chains<'w> {
     pub world: &'w World,
     pub options: Options,
+    /// In the place of shifts, whatever is asked for.
+    pub thesis: Option<thesis::Options>,
     pub brightness: f64,
     pub relative_error: f64,
     pub chains: Vec<Chain>,
@@ -45,7 +50,7 @@ impl<'w> Chains<'w> {
     pub fn new(world: &'w World, setup: &Setup, seed: u64) -> Self {
         let scene = world.scene();
         let Setup { lengths, large_step, burn_in, .. } = *setup;
-        let options = Options { seed, large_step, burn_in, shift: None, thesis: None, shift_every: 1 };
+        let options = Options { seed, large_step, burn_in, shift: None, shift_every: 1 };
         let mut stats = Stats::default();
         let mut sample = |techniques: &Techniques, count: usize| {
             let mut weights = vec![0.0; count];
@@ -68,11 +73,12 @@ impl<'w> Chains<'w> {
         });
         assert_eq!(chains.len() as u32, plan.chain_count);
         let (brightness, relative_error) = (plan.brightness(), plan.relative_error());
-        Self { world, options, brightness, relative_error, chains }
+        Self { world, options, thesis: None, brightness, relative_error, chains }
     }
 
     /// The sampler, with batches every `every` mutations.
     pub fn sampler<'s>(&'s self, scene: &'s Scene<'s>, shift: Option<shift::Options>, every: u32) -> Metropolis<'s, Geometry> {
+        let shift = self.thesis.map(Batches::Thesis).or(shift.map(Batches::Shifts));
         let options = Options { shift, shift_every: every, ..self.options };
         Metropolis { scene, queries: &self.world.geometry, options }
     }

@@ -41,7 +41,7 @@ fn compare(divide: impl Fn(&Chains, &mut Vec<Chain>, &mut dyn FnMut(&mut Chain, 
     let mut chains = chains(&world);
     let scene = world.scene();
     for (thesis, shift, every) in shifts() {
-        chains.options.thesis = thesis;
+        chains.thesis = thesis;
         let sampler = chains.sampler(&scene, shift, every);
         let (mut whole, mut parts) = (Picture::new(&world), Picture::new(&world));
         let (mut at_once, mut divided) = (chains.chains.clone(), chains.chains.clone());
@@ -105,7 +105,7 @@ fn threads_and_merged_films() {
     let mut chains = chains(&world);
     let scene = world.scene();
     for (thesis, shift, every) in shifts() {
-        chains.options.thesis = thesis;
+        chains.thesis = thesis;
         let sampler = chains.sampler(&scene, shift, every);
         let render = |first: usize, step: usize| {
             let mut picture = Picture::new(&world);

@@ -55,7 +55,7 @@ fn interrupted(chains: &Chains, scene: &Scene, shift: Option<shift::Options>, ca
 }
 
 fn every(chains: &Chains, shift: Option<shift::Options>) -> u32 {
-    if chains.options.thesis.is_some() || shift.is_some() { 2 } else { 1 }
+    if chains.thesis.is_some() || shift.is_some() { 2 } else { 1 }
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn at_any_call() {
     let kinds = [(None, None), (Some(THESIS), None)].into_iter().chain(unbiased_shifts().map(|shift| (None, Some(shift))));
     for ((thesis, shift), seed) in kinds.flat_map(|kind| [(kind, 3), (kind, 4)]) {
         let mut chains = Chains::new(&world, &setup, seed);
-        chains.options.thesis = thesis;
+        chains.thesis = thesis;
         let sampler = chains.sampler(&scene, shift, every(&chains, shift));
         // The film after each whole mutation.
         let (mut chain, mut picture) = (chains.chains[0].clone(), Picture::new(&world));

@@ -20,16 +20,17 @@
 //! The factors are those of ARCHITECTURE.md, not as printed. What p has here and not in the thesis is known at y, with w: the share of
 //! distance numbers that make a collision, and a guide's density. This is biased, by O(r²) and at all edges: kept to show just that.
 
-use super::connect::{Connection, Connector, aim, edge};
+use super::connect::{Connector, aim, edge};
 use super::mis::Heuristic;
 use super::shiftable::{Asker, Joined};
+use super::subpath::Subpath;
 use super::vertex::{Edge, Kind, Vertex};
 use crate::math::{Colour, DVec2, DVec3, LUMINANCE};
 use crate::medium::{NONE, optical_depth};
 use crate::path::{Neighbour, Seen, Wing};
 use crate::phase::cosine_gradient_apex;
 use crate::sampler::path_tracer::Stats;
-use crate::scene::{HIT_OVERFLOW, Hit, ImagePoint, Queries, Scene, Stop, View};
+use crate::scene::{HIT_OVERFLOW, Hit, ImagePoint, Queries, Stop, View};
 use crate::shift::{Depth, MAX_SHIFTS, fill_with_unit_ball};
 
 /// How a batch is made.
@@ -62,9 +63,9 @@ pub const EMPTY: Batch = [(DVec2::ZERO, 0.0); MAX_SHIFTS];
 /// A path of a technique that is weighted by the balance heuristic, while its first vertex is moved about.
 pub struct Moving<'p, 'a, Q> {
     connector: Connector<'a, 'p, Q>,
-    /// Their vertices next to x_1, and x_1 itself, are where it was last moved to.
-    camera: &'p mut [Vertex<'a>],
-    light: &'p mut [Vertex<'a>],
+    /// With x_1, and what its neighbours know of it, where it was last moved to.
+    camera: Subpath<'a>,
+    light: Subpath<'a>,
     first: Vertex<'a>,
     next: Vertex<'a>,
     /// ∇log of the luminance of f/p.
@@ -144,19 +145,17 @@ impl Vertex<'_> {
 
 impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
     /// A path for which [`Joined::is_available`].
-    pub fn new(
-        scene: &'a Scene<'a>,
-        queries: &'p Q,
-        camera: &'p mut [Vertex<'a>],
-        light: &'p mut [Vertex<'a>],
-        connection: &Connection,
-    ) -> Result<Self, Stop> {
-        let path = Joined { scene, camera, light, connection };
-        let gradient = path.case_gradient(queries)?;
-        let (first, next) = (*path.vertex(1), *path.vertex(2));
+    pub fn new(path: &Joined<'_, 'a>, queries: &'p Q) -> Result<Self, Stop> {
+        let (scene, pixel) = (path.scene, path.connection.pixel);
         let lens = scene.camera.on_lens(path.vertex(0).position);
-        let connector = Connector { scene, queries, heuristic: Heuristic::Balance, pixel: connection.pixel, lens };
-        Ok(Self { connector, camera, light, first, next, gradient })
+        Ok(Self {
+            connector: Connector { scene, queries, heuristic: Heuristic::Balance, pixel, lens },
+            camera: Subpath::of(path.camera),
+            light: Subpath::of(path.light),
+            first: *path.vertex(1),
+            next: *path.vertex(2),
+            gradient: path.case_gradient(queries)?,
+        })
     }
 
     /// ∇log of the luminance of f/p, 1/world unit, but for what [`Moved::chance`] has.
@@ -202,16 +201,13 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
         let mut y = Vertex { position: self.first.position + offset, ..self.first };
         let Some(image) = scene.camera.project(y.position, self.connector.lens) else { return Ok(None) };
         let Some((from_camera, share)) = self.see(&mut y, &image, stats)? else { return Ok(None) };
+        let t = self.camera.vertices().len();
         // A connection from x_1 to x_2 asks for itself.
-        let connects = self.camera.len() == 2;
-        let onwards = if connects { Some(Edge::NONE) } else { self.onwards(&y, stats)? };
+        let onwards = if t == 2 { Some(Edge::NONE) } else { self.onwards(&y, stats)? };
         let Some(onwards) = onwards else { return Ok(None) };
-        let chance = if self.camera.len() == 1 {
-            self.put_light(&mut y, &onwards)
-        } else {
-            self.put_camera(&mut y, &from_camera, share, &onwards)
-        };
-        let connection = self.connector.connect(self.camera, self.light, stats)?;
+        let chance =
+            if t == 1 { self.put_light(&mut y, &onwards) } else { self.put_camera(&mut y, &from_camera, share, &onwards) };
+        let connection = self.connector.connect(self.camera.vertices(), self.light.vertices(), stats)?;
         Ok(connection.map(|c| Moved { pixel: image.pixel, weight: c.weight, chance }))
     }
 
@@ -252,10 +248,11 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
         let (scene, next) = (self.connector.scene, &self.next);
         y.edge = onwards.reversed();
         y.density = next.density_of(scene, next.edge.back, y, &y.edge);
-        if let [.., third, _, _] = self.light {
+        let light = self.light.vertices_mut();
+        if let [.., third, _, _] = light {
             third.reverse = next.density_of(scene, onwards.back, third, &next.edge.reversed());
         }
-        if let Some(last) = self.light.last_mut() {
+        if let Some(last) = light.last_mut() {
             *last = *y;
         }
         1.0 / next.guided(scene, y, onwards.back)
@@ -264,7 +261,7 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
     /// Makes y_1 the second vertex of the camera's subpath, with the densities that change with it.
     fn put_camera(&mut self, y: &mut Vertex<'a>, from_camera: &Edge, share: f64, onwards: &Edge) -> f64 {
         let scene = self.connector.scene;
-        if let [origin, first, others @ ..] = &mut *self.camera {
+        if let [origin, first, others @ ..] = self.camera.vertices_mut() {
             y.edge = *from_camera;
             y.density = origin.density_of(scene, DVec3::ZERO, y, from_camera) / share;
             if let [second, others @ ..] = others {

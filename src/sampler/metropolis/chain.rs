@@ -23,11 +23,16 @@ pub struct Options {
     pub large_step: f64,
     /// Mutations before the first that counts, in which the size of small steps adapts.
     pub burn_in: u32,
-    pub shift: Option<shift::Options>,
-    /// The thesis' estimator in its place.
-    pub thesis: Option<thesis::Options>,
+    pub shift: Option<Batches>,
     /// T: of paths that move only every T-th mutation counts, T times. 1 without shifts.
     pub shift_every: u32,
+}
+
+/// What becomes of paths that may move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Batches {
+    Shifts(shift::Options),
+    Thesis(thesis::Options),
 }
 
 /// What of a chain does not depend on its length. The numbers are beside it.
@@ -264,10 +269,10 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let connection = Connection { value, weight: 1.0, ..path };
         let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
         let joined = Joined { scene: self.scene, camera, light, connection: &connection };
-        sample.moves = match (&self.options.thesis, &self.options.shift) {
-            (Some(_), _) => joined.is_available(),
-            (None, Some(options)) => joined.prepare(self.queries, options, &mut sample.shiftable)?,
-            (None, None) => false,
+        sample.moves = match &self.options.shift {
+            Some(Batches::Shifts(options)) => joined.prepare(self.queries, options, &mut sample.shiftable)?,
+            Some(Batches::Thesis(_)) => joined.is_available(),
+            None => false,
         };
         Ok(())
     }
@@ -317,12 +322,22 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         if !(due > 0.0 && sample.target > 0.0) {
             return Ok(());
         }
-        if let Some(options) = self.options.thesis.filter(|_| sample.moves) {
-            return self.splat_thesis(&options, state, (sample.born, sample.value * due), made, film, stats);
-        }
-        let (Some(options), Some(path)) = (&self.options.shift, sample.shiftable.as_ref().filter(|_| sample.moves)) else {
-            film.add(sample.pixel, sample.value * due);
-            return Ok(());
+        let (options, path) = match (&self.options.shift, &sample.shiftable) {
+            (Some(Batches::Shifts(options)), Some(path)) if sample.moves => (options, path),
+            (Some(Batches::Thesis(options)), _) if sample.moves => {
+                // All its vertices are needed, which are made again.
+                let (mut paths, (technique, numbers)) = (Scratch::default(), made);
+                let numbers = numbers.get(..technique.numbers()).unwrap_or(&[]);
+                let connection = make(self.scene, self.queries, technique, numbers, &mut paths, stats)?;
+                let Some(connection) = &connection else { return Ok(()) };
+                let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
+                let path = Joined { scene: self.scene, camera, light, connection };
+                return self.splat_thesis(options, state, sample.born, &path, sample.value * due, film, stats);
+            }
+            _ => {
+                film.add(sample.pixel, sample.value * due);
+                return Ok(());
+            }
         };
         let options = options.after(sample.born as f64 * f64::from(state.start.chains));
         let (tiles, random) = chain_shift_numbers(self.options.seed, state.index, sample.born);

@@ -4,37 +4,31 @@
 //! X_0 never becomes X_1, and a path that is not available leaves the batch of the one before it in X_1.
 
 use super::chain::{Metropolis, State};
-use super::path::{Scratch, make};
 use crate::film::Film;
 use crate::math::Colour;
-use crate::sampler::bidirectional::Technique;
+use crate::sampler::bidirectional::Joined;
 use crate::sampler::bidirectional::thesis::{EMPTY, Moving, Options};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::chain_shift_numbers;
 use crate::scene::{Queries, Stop};
 use crate::shift::BatchStats;
 
-impl<Q: Queries> Metropolis<'_, Q> {
-    /// Splats the batch of an available path that mutation number `born` made, in the place of `value`. It needs the path's vertices, which are
-    /// made again.
+impl<'a, Q: Queries> Metropolis<'a, Q> {
+    /// Splats the batch of an available path that mutation number `born` made, in the place of `value`.
     pub(super) fn splat_thesis(
         &self,
         options: &Options,
         state: &State,
-        (born, value): (u64, Colour),
-        (technique, numbers): (Technique, &[f64]),
+        born: u64,
+        path: &Joined<'_, 'a>,
+        value: Colour,
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Stop> {
-        let mut paths = Scratch::default();
-        let numbers = numbers.get(..technique.numbers()).unwrap_or(&[]);
-        let Some(path) = make(self.scene, self.queries, technique, numbers, &mut paths, stats)? else { return Ok(()) };
-        let (camera, light) = (paths.camera.vertices_mut(), paths.light.vertices_mut());
-        let mut moving = Moving::new(self.scene, self.queries, camera, light, &path)?;
         let (_, mut random) = chain_shift_numbers(self.options.seed, state.index, born);
         let samples = born as f64 * f64::from(state.start.chains);
         let mut members = EMPTY;
-        let count = moving.batch(options, samples, &mut random, &mut members, stats)?;
+        let count = Moving::new(path, self.queries)?.batch(options, samples, &mut random, &mut members, stats)?;
         for (pixel, w) in members.iter().take(count) {
             film.add(*pixel, value * (w / options.count as f64));
         }
