@@ -243,7 +243,7 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
         Ok(depth.map(|depth| edge(-direction, distance, depth)))
     }
 
-    /// Makes y_1 the last vertex of the light's subpath, with the densities that change with it; `onwards` ends at x_2.
+    /// Makes y_1 the last vertex of the light's subpath, with the densities that change with it; `onwards` ends at x_2. Returns `chance`.
     fn put_light(&mut self, y: &mut Vertex<'a>, onwards: &Edge) -> f64 {
         let (scene, next) = (self.connector.scene, &self.next);
         y.edge = onwards.reversed();
@@ -258,7 +258,7 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
         1.0 / next.guided(scene, y, onwards.back)
     }
 
-    /// Makes y_1 the second vertex of the camera's subpath, with the densities that change with it.
+    /// Makes y_1 the second vertex of the camera's subpath, with the densities that change with it. Returns `chance`.
     fn put_camera(&mut self, y: &mut Vertex<'a>, from_camera: &Edge, share: f64, onwards: &Edge) -> f64 {
         let scene = self.connector.scene;
         if let [origin, first, others @ ..] = self.camera.vertices_mut() {
