@@ -140,7 +140,7 @@ impl<Q: Queries> Connector<'_, '_, Q> {
     }
 
     /// τ between two vertices that see each other.
-    fn depth_between(
+    pub(super) fn depth_between(
         &self,
         z: &Vertex,
         y: &Vertex,
@@ -189,12 +189,12 @@ impl<Q: Queries> Connector<'_, '_, Q> {
     }
 }
 
-fn edge(back: DVec3, distance: f64, optical_depth: Colour) -> Edge {
+pub(super) fn edge(back: DVec3, distance: f64, optical_depth: Colour) -> Edge {
     Edge { back, distance, optical_depth, transmittance: transmittance(optical_depth) }
 }
 
 /// Unit direction and distance from `z` to `y`.
-fn aim(z: &Vertex, y: &Vertex) -> (DVec3, f64) {
+pub(super) fn aim(z: &Vertex, y: &Vertex) -> (DVec3, f64) {
     if matches!(y.kind, Kind::Far { .. }) {
         return (y.position, f64::INFINITY);
     }

@@ -5,6 +5,7 @@ mod connect;
 mod mis;
 mod shiftable;
 mod subpath;
+pub mod thesis;
 mod vertex;
 
 pub use connect::{Connection, Connector};

@@ -130,7 +130,7 @@ impl<'a> Joined<'_, 'a> {
     }
 
     /// Whether a link may end at x_i: what it does there does not depend on the direction, but for a phase function.
-    fn connects(&self, i: usize) -> bool {
+    pub(super) fn connects(&self, i: usize) -> bool {
         if i == self.last() {
             return self.source().is_some_and(|(light, _)| !light.has_profile());
         }
@@ -225,14 +225,14 @@ struct Run {
 }
 
 /// Asks the host again for the media along edges whose derivatives are needed.
-struct Asker<'p, 's, 'a, Q> {
-    path: &'p Joined<'s, 'a>,
-    queries: &'p Q,
-    derivatives: bool,
+pub(super) struct Asker<'p, 's, 'a, Q> {
+    pub path: &'p Joined<'s, 'a>,
+    pub queries: &'p Q,
+    pub derivatives: bool,
 }
 
 impl<Q: Queries> Asker<'_, '_, '_, Q> {
-    fn depth(&self, i: usize, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Result<Depth, Stop> {
+    pub fn depth(&self, i: usize, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Result<Depth, Stop> {
         let (path, edge) = (self.path, self.path.edge(i));
         let constant = Depth::constant(edge.optical_depth);
         if !self.derivatives {
