@@ -64,6 +64,15 @@
 // LINEAR_DEPTH for all offsets, corrected by EXACT for `exact_count` of them: unbiased.
 #define VOLGRAD_SHIFT_TWO_LEVEL 7
 
+// The thesis' own estimator [Lu20 5.1], for Metropolis chains alone, where a path has a technique: `count` offsets of the first vertex in a
+// ball, as if the same technique had made them, each with w f/p at the MIS weight w that it has there and f/p linear in the offset. Biased,
+// of order radius^2, and at edges of media and shadows. The kernel is a BALL; `run` and `exact_count` are unused.
+#define VOLGRAD_SHIFT_THESIS 8
+
+// The same with the radii of [Lu20 alg. 2] as printed: radius * i^((alpha - 1)/3) over the offsets i = 1, 2 ... of each batch, so that the bias
+// never ends.
+#define VOLGRAD_SHIFT_THESIS_PRINTED 9
+
 // Uniform in a disk parallel to the image plane.
 #define VOLGRAD_KERNEL_DISK 0
 
@@ -250,7 +259,7 @@ typedef struct volgrad_shift_options {
   uint32_t exact_count;
   // The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
   float alpha;
-  // FIRST_ORDER, HALF_ORDER: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
+  // FIRST_ORDER, HALF_ORDER, THESIS: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
   float clamp;
 } volgrad_shift_options;
 
@@ -383,7 +392,7 @@ typedef struct volgrad_chain_options {
   // Every how many mutations a batch of shifted paths is made, which then counts as many times; >= 1. Unused without shifts.
   uint32_t shift_every;
   uint64_t seed;
-  // Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
+  // Batches, as by `volgrad_shift_path`, or of the modes for chains alone. Its struct_size is that of this library's version.
   struct volgrad_shift_options shift;
 } volgrad_chain_options;
 

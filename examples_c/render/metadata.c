@@ -82,9 +82,8 @@ static void add_chains(metadata *m, const chain_settings *settings, const chain_
     add_number(m, "brightnessRelativeError", made->relative_error);
 }
 
-static void add_sampler(metadata *m, const volgrad_path_sampler_options *sampler)
+static void add_sampler(metadata *m, const volgrad_path_sampler_options *sampler, const volgrad_shift_options *shift)
 {
-    const volgrad_shift_options *shift = &sampler->shift;
     add_number(m, "maxDepth", sampler->max_depth > 0 ? (double)sampler->max_depth : -1.0);
     add_number(m, "rrDepth", sampler->rr_depth);
     add_text(m, "shift", options_shift_name(shift->mode));
@@ -96,6 +95,9 @@ static void add_sampler(metadata *m, const volgrad_path_sampler_options *sampler
             const char *name = shift->radius_unit == VOLGRAD_RADIUS_PIXELS ? "shiftRadiusPixels" : "shiftRadiusWorld";
             add_number(m, name, shift->radius);
             add_number(m, "shiftAlpha", shift->alpha);
+        }
+        if (shift->clamp > 0.0f) {
+            add_number(m, "shiftClamp", shift->clamp);
         }
         if (shift->mode == VOLGRAD_SHIFT_TWO_LEVEL) {
             add_number(m, "shiftExact", shift->exact_count);
@@ -132,7 +134,7 @@ void metadata_collect(metadata *m, const image_source *source)
         add_number(m, "cameraVertices", source->technique->camera_vertices);
         add_number(m, "weighted", source->technique->weighted);
     }
-    add_sampler(m, source->sampler);
+    add_sampler(m, source->sampler, &source->options->shift);
     if (source->chains != NULL) {
         add_chains(m, source->chains, &result->chains);
     }

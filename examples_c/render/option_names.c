@@ -13,6 +13,8 @@ static const char *const SHIFT_NAMES[] = {
     [VOLGRAD_SHIFT_HALF_ORDER] = "half_order",
     [VOLGRAD_SHIFT_LINEAR_DEPTH] = "linear_depth",
     [VOLGRAD_SHIFT_TWO_LEVEL] = "two_level",
+    [VOLGRAD_SHIFT_THESIS] = "thesis",
+    [VOLGRAD_SHIFT_THESIS_PRINTED] = "thesis_printed",
 };
 static const char *const KERNEL_NAMES[] = {
     [VOLGRAD_KERNEL_DISK] = "disk", [VOLGRAD_KERNEL_BALL] = "ball", [VOLGRAD_KERNEL_TILE] = "tile"};

@@ -49,6 +49,14 @@ int read_share(const char *text, float *out)
     return rest != text && *rest == '\0' && *out >= 0.0f && *out <= 1.0f;
 }
 
+int read_clamp(const char *text, float *out)
+{
+    double clamp;
+    int read = read_positive(text, "", &clamp);
+    *out = read ? (float)clamp : 0.0f;
+    return isfinite(*out) && *out > 0.0f;
+}
+
 int read_range(const char *text, uint32_t low, uint32_t high, uint32_t *first, uint32_t *last)
 {
     char copy[32];

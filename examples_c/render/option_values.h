@@ -19,6 +19,9 @@ int read_factor(const char *text, double *out);
 /* A number from 0 to 1. */
 int read_share(const char *text, float *out);
 
+/* A number > 0, also in single precision. */
+int read_clamp(const char *text, float *out);
+
 /* Two whole numbers as in 2-32, the first not greater. */
 int read_range(const char *text, uint32_t low, uint32_t high, uint32_t *first, uint32_t *last);
 

@@ -23,6 +23,7 @@ enum {
     OPTION_SHIFT_RUN,
     OPTION_SHIFT_EXACT,
     OPTION_SHIFT_ALPHA,
+    OPTION_SHIFT_CLAMP,
     OPTION_INTEGRATOR,
     OPTION_HEURISTIC,
     OPTION_GUIDE,
@@ -57,6 +58,7 @@ static const struct option LONG_OPTIONS[] = {
     {"shift-run", required_argument, NULL, OPTION_SHIFT_RUN},
     {"shift-exact", required_argument, NULL, OPTION_SHIFT_EXACT},
     {"shift-alpha", required_argument, NULL, OPTION_SHIFT_ALPHA},
+    {"shift-clamp", required_argument, NULL, OPTION_SHIFT_CLAMP},
     {"integrator", required_argument, NULL, OPTION_INTEGRATOR},
     {"heuristic", required_argument, NULL, OPTION_HEURISTIC},
     {"guide", required_argument, NULL, OPTION_GUIDE},
@@ -151,7 +153,8 @@ static int take_shift_option(int option, const char *value, options *out, usage 
     case OPTION_SHIFT:
         return read_shift(value, &out->shift.mode) ||
                complain("shift", value,
-                        "none, first_order, half_order, log_linear, linear_depth, exact, two_level or exchangeable");
+                        "none, first_order, half_order, log_linear, linear_depth, exact, two_level, exchangeable, thesis or "
+                        "thesis_printed");
     case OPTION_SHIFT_COUNT:
         seen->needs_shift = "--shift-count";
         return read_whole32(value, 1, UINT16_MAX, &out->shift.count) ||
@@ -171,6 +174,9 @@ static int take_shift_option(int option, const char *value, options *out, usage 
     case OPTION_SHIFT_ALPHA:
         seen->needs_shift = "--shift-alpha";
         return read_share(value, &out->shift.alpha) || complain("shift-alpha", value, "a number from 0 to 1");
+    case OPTION_SHIFT_CLAMP:
+        seen->needs_shift = "--shift-clamp";
+        return read_clamp(value, &out->shift.clamp) || complain("shift-clamp", value, "a number > 0");
     case OPTION_SHIFT_KERNEL:
         seen->needs_shift = "--shift-kernel";
         return read_kernel(value, &out->shift.kernel) ||
@@ -274,6 +280,22 @@ static options_result refuse(const char *subject, const char *problem)
     return OPTIONS_ERROR;
 }
 
+int options_is_thesis(uint32_t mode)
+{
+    return mode == VOLGRAD_SHIFT_THESIS || mode == VOLGRAD_SHIFT_THESIS_PRINTED;
+}
+
+static options_result check_thesis(const options *out)
+{
+    if (out->integrator != INTEGRATOR_MMLT) {
+        return refuse("", "--shift thesis goes with --integrator mmlt alone: only there a path has a technique");
+    }
+    if (out->shift.kernel != VOLGRAD_KERNEL_BALL || out->shift.radius_unit != VOLGRAD_RADIUS_WORLD) {
+        return refuse("", "--shift thesis needs --shift-kernel ball and a --shift-radius in world units, as in 0.1");
+    }
+    return OPTIONS_RUN;
+}
+
 /* What only the whole line can tell. */
 static options_result check_line(const options *out, const usage *seen, int scenes)
 {
@@ -303,6 +325,9 @@ static options_result check_line(const options *out, const usage *seen, int scen
     }
     if (out->shift.mode != VOLGRAD_SHIFT_NONE && out->light_vertices > MOST_SHIFTED_LIGHT_VERTICES) {
         return refuse("", "--light-vertices: at most 3 with --shift");
+    }
+    if (options_is_thesis(out->shift.mode)) {
+        return check_thesis(out);
     }
     return OPTIONS_RUN;
 }

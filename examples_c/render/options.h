@@ -39,4 +39,7 @@ options_result options_parse(int argc, char **argv, options *out);
 
 void options_print_help(void);
 
+/* Whether a mode is the thesis', which is for chains alone. */
+int options_is_thesis(uint32_t mode);
+
 #endif

@@ -63,6 +63,9 @@ static int set_chains(samplers *all, const options *o)
     chains->max_length = at_most(chains->max_length, longest_path(all));
     chains->seed = o->seed;
     chains->shift = o->shift;
+    if (options_is_thesis(o->shift.mode)) {
+        all->path.shift.mode = VOLGRAD_SHIFT_NONE;
+    }
     leave_out(all, chains->min_length, chains->max_length);
     set_guide(all, o, chains->max_length);
     return 1;

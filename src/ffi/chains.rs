@@ -6,10 +6,10 @@ use super::films::{film, volgrad_film};
 use super::pointer::{check, exclusive, output, reference, sized, sized_over, write_sized};
 use super::samplers::{HostQueries, check_size};
 use super::scenes::{ALIGNMENT, check_memory, scene, volgrad_scene};
-use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgrad_shift_options};
+use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, thesis_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{VOLGRAD_ABI_VERSION, volgrad_queries};
-use crate::sampler::metropolis::{ChainStats, Metropolis, Options, Start, State, capacity};
+use crate::sampler::metropolis::{Batches, ChainStats, Metropolis, Options, Start, State, capacity};
 use crate::sampler::{Lengths, Stats};
 use core::ffi::c_void;
 use core::slice;
@@ -31,7 +31,7 @@ pub struct volgrad_chain_options {
     /// Every how many mutations a batch of shifted paths is made, which then counts as many times; >= 1. Unused without shifts.
     pub shift_every: u32,
     pub seed: u64,
-    /// Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
+    /// Batches, as by `volgrad_shift_path`, or of the modes for chains alone. Its struct_size is that of this library's version.
     pub shift: volgrad_shift_options,
 }
 
@@ -99,7 +99,10 @@ pub(super) fn options(o: &volgrad_chain_options) -> Result<(Options, Lengths), F
     if o.shift.struct_size as usize != size_of::<volgrad_shift_options>() {
         return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
     }
-    let shift = shift_options(&o.shift)?;
+    let shift = match thesis_options(&o.shift)? {
+        Some(thesis) => Some(Batches::Thesis(thesis)),
+        None => shift_options(&o.shift)?.map(Batches::Shifts),
+    };
     let options = Options {
         seed: o.seed,
         large_step: o.large_step.into(),

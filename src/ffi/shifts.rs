@@ -9,6 +9,7 @@ use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{volgrad_path, volgrad_queries};
 use crate::math::{Colour, DVec2, Rgb, floor};
 use crate::path::Path;
+use crate::sampler::bidirectional::thesis;
 use crate::sampler::{shift_numbers, tile_numbers};
 use crate::scene::Scene;
 use crate::shift::{Draw, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius, Tile, from_path, shift};
@@ -31,6 +32,13 @@ pub const VOLGRAD_SHIFT_HALF_ORDER: u32 = 5;
 pub const VOLGRAD_SHIFT_LINEAR_DEPTH: u32 = 6;
 /// LINEAR_DEPTH for all offsets, corrected by EXACT for `exact_count` of them: unbiased.
 pub const VOLGRAD_SHIFT_TWO_LEVEL: u32 = 7;
+/// The thesis' own estimator [Lu20 5.1], for Metropolis chains alone, where a path has a technique: `count` offsets of the first vertex in a
+/// ball, as if the same technique had made them, each with w f/p at the MIS weight w that it has there and f/p linear in the offset. Biased,
+/// of order radius^2, and at edges of media and shadows. The kernel is a BALL; `run` and `exact_count` are unused.
+pub const VOLGRAD_SHIFT_THESIS: u32 = 8;
+/// The same with the radii of [Lu20 alg. 2] as printed: radius * i^((alpha - 1)/3) over the offsets i = 1, 2 ... of each batch, so that the bias
+/// never ends.
+pub const VOLGRAD_SHIFT_THESIS_PRINTED: u32 = 9;
 
 /// Uniform in a disk parallel to the image plane.
 pub const VOLGRAD_KERNEL_DISK: u32 = 0;
@@ -73,7 +81,7 @@ pub struct volgrad_shift_options {
     pub exact_count: u32,
     /// The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
     pub alpha: f32,
-    /// FIRST_ORDER, HALF_ORDER: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
+    /// FIRST_ORDER, HALF_ORDER, THESIS: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
     pub clamp: f32,
 }
 
@@ -101,10 +109,9 @@ pub(super) fn options(o: &volgrad_shift_options) -> Result<Option<Options>, Faul
         VOLGRAD_SHIFT_HALF_ORDER => Mode::HalfOrder,
         VOLGRAD_SHIFT_LINEAR_DEPTH => Mode::LinearDepth,
         VOLGRAD_SHIFT_TWO_LEVEL => Mode::TwoLevel,
+        // Those of the thesis too: for chains alone.
         _ => return Err(VOLGRAD_ERROR_KIND.at(c"shift.mode", 0)),
     };
-    let alpha = number(o.alpha, |alpha| (0.0..=1.0).contains(&alpha), c"shift.alpha")?;
-    let clamp = number(o.clamp, |clamp| clamp >= 0.0, c"shift.clamp")?;
     let count = whole(o.count, VOLGRAD_MAX_SHIFTS, c"shift.count")?;
     let options = Options {
         mode,
@@ -112,14 +119,38 @@ pub(super) fn options(o: &volgrad_shift_options) -> Result<Option<Options>, Faul
         count,
         run: whole(o.run, VOLGRAD_MAX_RUN, c"shift.run")?,
         exact_count: whole(o.exact_count, o.count, c"shift.exact_count")?,
-        alpha,
-        clamp: if clamp > 0.0 { clamp } else { f64::INFINITY },
+        alpha: alpha(o)?,
+        clamp: clamp(o)?,
     };
     let side = options.tile_side() as usize;
     if options.kernel == Kernel::Tile && side * side != count + 1 {
         return Err(VOLGRAD_ERROR_RANGE.at(c"shift.count", 0));
     }
     Ok(Some(options))
+}
+
+/// None for the other modes.
+pub(super) fn thesis_options(o: &volgrad_shift_options) -> Result<Option<thesis::Options>, Fault> {
+    let as_printed = match o.mode {
+        VOLGRAD_SHIFT_THESIS => false,
+        VOLGRAD_SHIFT_THESIS_PRINTED => true,
+        _ => return Ok(None),
+    };
+    let count = whole(o.count, VOLGRAD_MAX_SHIFTS, c"shift.count")?;
+    let Kernel::Ball(radius) = kernel(o)? else {
+        return Err(VOLGRAD_ERROR_KIND.at(c"shift.kernel", 0));
+    };
+    Ok(Some(thesis::Options { radius, count, alpha: alpha(o)?, clamp: clamp(o)?, as_printed }))
+}
+
+fn alpha(o: &volgrad_shift_options) -> Result<f64, Fault> {
+    number(o.alpha, |alpha| (0.0..=1.0).contains(&alpha), c"shift.alpha")
+}
+
+/// Infinite for none.
+fn clamp(o: &volgrad_shift_options) -> Result<f64, Fault> {
+    let clamp = number(o.clamp, |clamp| clamp >= 0.0, c"shift.clamp")?;
+    Ok(if clamp > 0.0 { clamp } else { f64::INFINITY })
 }
 
 fn kernel(o: &volgrad_shift_options) -> Result<Kernel, Fault> {

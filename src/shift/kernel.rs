@@ -131,7 +131,7 @@ impl Options {
 
 /// Uniform in the unit disk or ball: points of the square or cube around it are tried until all are inside, two for each at most in the
 /// mean. Sines and roots take several times as long. One that is outside gives its slot to the next: no branch depends on chance.
-pub(super) fn fill_with_unit_ball<const N: usize>(points: &mut [[f64; N]], random: &mut impl FnMut() -> f64) {
+pub(crate) fn fill_with_unit_ball<const N: usize>(points: &mut [[f64; N]], random: &mut impl FnMut() -> f64) {
     let mut count = 0;
     while let Some(point) = points.get_mut(count) {
         *point = [0; N].map(|_| 2.0 * random() - 1.0);

@@ -13,6 +13,7 @@ mod furnace;
 mod path;
 mod sun;
 mod techniques;
+mod thesis;
 mod weights;
 mod worlds;
 

@@ -176,7 +176,7 @@ impl<'a> Path<'a> {
     }
 
     /// The part of the first edge's distance numbers that are used: those that make a collision, where its end is dark.
-    fn collisions(&self) -> f64 {
+    pub fn collisions(&self) -> f64 {
         let direction = self.to(0, 1);
         let origin = self.vertices[0].position + self.world.camera.near_clip / self.cosine_at_camera() * direction;
         let mut hits = [Hit::EMPTY];
@@ -249,7 +249,7 @@ impl<'a> Path<'a> {
     }
 
     /// What the light's guide makes of the density of those numbers.
-    fn aim(&self) -> f64 {
+    pub fn aim(&self) -> f64 {
         if self.world.guides.is_empty() {
             return 1.0;
         }

@@ -34,6 +34,17 @@ static void make_scene(void) {
     options.burn_in = BURN_IN;
 }
 
+/* Kernels as they are by default, but for the thesis, which has a ball. */
+static void set_shift(uint32_t mode) {
+    options.shift.mode = mode;
+    if (mode == VOLGRAD_SHIFT_THESIS || mode == VOLGRAD_SHIFT_THESIS_PRINTED) {
+        options.shift.kernel = VOLGRAD_KERNEL_BALL;
+        options.shift.radius_unit = VOLGRAD_RADIUS_WORLD;
+        options.shift.radius = 0.2f;
+        options.shift.alpha = 0.25f;
+    }
+}
+
 static volgrad_film *clear(int which) {
     volgrad_film *film = NULL;
     CHECK_STATUS(volgrad_film_init(block[which], BYTES, SIDE, SIDE, &film), VOLGRAD_OK);
@@ -138,7 +149,19 @@ static void test_options(void) {
     BAD(options.large_step = NAN, VOLGRAD_ERROR_RANGE);
     BAD(options.shift_every = 0, VOLGRAD_ERROR_RANGE);
     BAD(options.shift.struct_size = 8, VOLGRAD_ERROR_STRUCT_SIZE);
-    BAD(options.shift.mode = 8, VOLGRAD_ERROR_KIND);
+    BAD(options.shift.mode = 10, VOLGRAD_ERROR_KIND);
+    for (uint32_t mode = VOLGRAD_SHIFT_THESIS; mode <= VOLGRAD_SHIFT_THESIS_PRINTED; mode++) {
+        set_shift(mode);
+        CHECK_STATUS(volgrad_chain_size(&options, &bytes), VOLGRAD_OK);
+        options = good;
+        BAD(options.shift.mode = mode, VOLGRAD_ERROR_KIND); /* tiles */
+        BAD((set_shift(mode), options.shift.kernel = VOLGRAD_KERNEL_DISK), VOLGRAD_ERROR_KIND);
+        BAD((set_shift(mode), options.shift.radius_unit = VOLGRAD_RADIUS_PIXELS), VOLGRAD_ERROR_KIND);
+        BAD((set_shift(mode), options.shift.radius = 0), VOLGRAD_ERROR_RANGE);
+        BAD((set_shift(mode), options.shift.alpha = 2), VOLGRAD_ERROR_RANGE);
+        BAD((set_shift(mode), options.shift.clamp = -1), VOLGRAD_ERROR_RANGE);
+        BAD((set_shift(mode), options.shift.count = VOLGRAD_MAX_SHIFTS + 1), VOLGRAD_ERROR_RANGE);
+    }
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.count = VOLGRAD_MAX_SHIFTS + 1), VOLGRAD_ERROR_RANGE);
 }
 
@@ -401,7 +424,7 @@ static void test_strangers(void) {
 /* 300 mutations at once are 100 and 200, from a copy of the chain's memory too. */
 static void test_checkpoint(uint32_t mode) {
     prepare();
-    options.shift.mode = mode;
+    set_shift(mode);
     volgrad_chain *whole = first_chain(0), *parts = first_chain(1), *copy = (void *)memory[2];
     volgrad_chain_stats once = no_stats(), twice = no_stats();
     volgrad_film *a = clear(0), *b = clear(1);
@@ -442,7 +465,7 @@ static void test_flush(void) {
 /* Stopped anywhere, chain and film agree: the rest of the mutations makes the same film as an uninterrupted run. */
 static void test_callbacks(uint32_t mode) {
     prepare();
-    options.shift.mode = mode;
+    set_shift(mode);
     options.shift_every = 2;
     volgrad_film *whole = clear(0);
     volgrad_chain *chain = first_chain(0);
@@ -536,9 +559,11 @@ int main(void) {
     test_strangers();
     test_checkpoint(VOLGRAD_SHIFT_NONE);
     test_checkpoint(VOLGRAD_SHIFT_EXCHANGEABLE);
+    test_checkpoint(VOLGRAD_SHIFT_THESIS);
     test_flush();
     test_callbacks(VOLGRAD_SHIFT_NONE);
     test_callbacks(VOLGRAD_SHIFT_EXCHANGEABLE);
+    test_callbacks(VOLGRAD_SHIFT_THESIS_PRINTED);
     test_mean(VOLGRAD_SHIFT_NONE);
     test_mean(VOLGRAD_SHIFT_EXCHANGEABLE);
     free(scene_memory);

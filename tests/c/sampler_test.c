@@ -184,7 +184,10 @@ static void test_refusals(void) {
     BAD(options.struct_size = 3, VOLGRAD_ERROR_STRUCT_SIZE);
     BAD(options.struct_size = 4097, VOLGRAD_ERROR_STRUCT_SIZE);
     BAD(options.shift.struct_size = 0, VOLGRAD_ERROR_STRUCT_SIZE);
-    BAD(options.shift.mode = 8, VOLGRAD_ERROR_KIND);
+    for (uint32_t mode = VOLGRAD_SHIFT_THESIS; mode <= 10; mode++) { /* of chains, and none */
+        options.shift.kernel = VOLGRAD_KERNEL_BALL, options.shift.radius_unit = VOLGRAD_RADIUS_WORLD;
+        BAD(options.shift.mode = mode, VOLGRAD_ERROR_KIND);
+    }
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = 3), VOLGRAD_ERROR_KIND);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = VOLGRAD_KERNEL_TILE, options.shift.count = 9), VOLGRAD_ERROR_RANGE);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.run = 0), VOLGRAD_ERROR_RANGE);

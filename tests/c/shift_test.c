@@ -74,7 +74,9 @@ static void test_defaults(void) {
 }
 
 static void test_options(void) {
-    BAD(options.mode = 8, VOLGRAD_ERROR_KIND);
+    BAD(options.mode = VOLGRAD_SHIFT_THESIS, VOLGRAD_ERROR_KIND); /* of chains */
+    BAD(options.mode = VOLGRAD_SHIFT_THESIS_PRINTED, VOLGRAD_ERROR_KIND);
+    BAD(options.mode = 10, VOLGRAD_ERROR_KIND);
     BAD(options.kernel = 3, VOLGRAD_ERROR_KIND);
     BAD(options.radius_unit = 2, VOLGRAD_ERROR_KIND);
     BAD(options.radius_unit = VOLGRAD_RADIUS_PIXELS, VOLGRAD_ERROR_KIND); /* of a ball */

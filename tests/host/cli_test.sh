@@ -65,8 +65,9 @@ expect 2 "--shift-radius 0: expected" "$scene" -o "$work/a.exr" --shift exact --
 expect 2 "--shift-run 0: expected" "$scene" -o "$work/a.exr" --shift exact --shift-run 0
 expect 2 "--shift-exact none: expected" "$scene" -o "$work/a.exr" --shift two_level --shift-exact none
 expect 2 "--shift-alpha 1.5: expected" "$scene" -o "$work/a.exr" --shift log_linear --shift-alpha 1.5
+expect 2 "--shift-clamp 0: expected" "$scene" -o "$work/a.exr" --shift first_order --shift-clamp 0
 expect 2 "--shift-kernel brick: expected" "$scene" -o "$work/a.exr" --shift exact --shift-kernel brick
-for option in run exact alpha; do
+for option in run exact alpha clamp; do
     expect 2 "--shift-$option means nothing without a --shift" "$scene" -o "$work/a.exr" --shift-$option 1
 done
 expect 2 "--shift-kernel means nothing without a --shift" "$scene" -o "$work/a.exr" --shift-kernel tile
@@ -77,6 +78,14 @@ expect 2 "--heuristic means nothing without --integrator bdpt" "$scene" -o "$wor
 expect 2 "--guide few: expected" "$scene" -o "$work/a.exr" --integrator bdpt --guide few
 expect 2 "--guide means nothing without --integrator bdpt or mmlt" "$scene" -o "$work/a.exr" --guide 2
 expect 2 "--shift does not go with --integrator bdpt" "$scene" -o "$work/a.exr" --integrator bdpt --shift exact
+for mode in thesis thesis_printed; do
+    ball="--shift $mode --shift-kernel ball --shift-radius 0.1"
+    for integrator in path bdpt; do
+        expect 2 "--shift thesis goes with --integrator mmlt alone" "$scene" -o "$work/a.exr" --integrator $integrator $ball
+    done
+    expect 2 "--shift thesis needs --shift-kernel ball" "$scene" -o "$work/a.exr" --integrator mmlt --shift $mode --shift-radius 0.1
+    expect 2 "--shift thesis needs --shift-kernel ball" "$scene" -o "$work/a.exr" --integrator mmlt $ball --shift-radius 4px
+done
 expect 2 "2 or more edges, but max_depth is 1" "$scene" -o "$work/a.exr" --integrator bdpt --max-depth 1
 wrong_chains() { # OPTION VALUE
     expect 2 "--$1 $2: expected" "$scene" -o "$work/a.exr" --integrator mmlt --$1 $2
@@ -142,6 +151,10 @@ check "a disk" image disk --spp 2 --shift log_linear --shift-kernel disk
 check "--shift-alpha" image alpha --spp 2 --shift log_linear --shift-kernel disk --shift-alpha 0.25
 check "--shift-alpha: header" header "$work/alpha.exr" "h['shiftAlpha'] == 0.25 and h['shiftKernel'] == 'disk'"
 check "--shift-alpha makes another image" different "$work/alpha.exr" "$work/disk.exr"
+check "--shift-clamp" image clamp --spp 2 --shift first_order --shift-kernel disk --shift-clamp 1.5
+check "--shift-clamp: header" header "$work/clamp.exr" "h['shiftClamp'] == 1.5"
+check "--shift-clamp: none" image unclamped --spp 2 --shift first_order --shift-kernel disk
+check "--shift-clamp makes another image" different "$work/clamp.exr" "$work/unclamped.exr"
 # ---- the other integrators ----
 
 bdpt() { image "$@" --integrator bdpt --spp 2; }
@@ -250,6 +263,19 @@ done
 check "mmlt: shifts, one thread" mmlt mmlt-shift-1 --threads 1 --shift exchangeable --shift-every 2
 check "mmlt: shifts, two threads" mmlt mmlt-shift-2 --threads 2 --shift exchangeable --shift-every 2
 check "mmlt: shifts: threads do not change a pixel" same "$work/mmlt-shift-1.exr" "$work/mmlt-shift-2.exr"
+thesis() { # NAME MODE ARGUMENTS...
+    name=$1
+    mode=$2
+    shift 2
+    mmlt "$name" --chains 50 --shift "$mode" --shift-kernel ball --shift-radius 0.2 --shift-alpha 0.25 "$@"
+}
+check "mmlt: the thesis, one thread" thesis thesis-1 thesis --threads 1
+check "mmlt: the thesis, two threads" thesis thesis-2 thesis --threads 2
+check "mmlt: the thesis: threads do not change a pixel" same "$work/thesis-1.exr" "$work/thesis-2.exr"
+check "mmlt: the thesis: header" header "$work/thesis-1.exr" "(h['shift'], h['shiftKernel'], h['shiftAlpha']) == ('thesis', 'ball', 0.25)"
+check "mmlt: the thesis as printed" thesis thesis-printed thesis_printed
+check "mmlt: the thesis as printed makes another image" different "$work/thesis-1.exr" "$work/thesis-printed.exr"
+check "mmlt: the thesis makes another image than no shifts" different "$work/thesis-1.exr" "$work/mmlt-1.exr"
 check "mmlt: --max-depth" mmlt mmlt-shallow --max-depth 6
 check "mmlt: --max-depth: header" header "$work/mmlt-shallow.exr" "h['chainLengthsLast'] == 6"
 check "mmlt: a crop" mmlt mmlt-crop --crop 16,32,48,40

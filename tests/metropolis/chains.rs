@@ -3,7 +3,10 @@
 use crate::toy::Geometry;
 use crate::toy::scenes::World;
 use volgrad::film::{Cell, Film};
-use volgrad::sampler::metropolis::{ChainStats, Metropolis, Options, Plan, State, Techniques, bootstrap, capacity, learn};
+use volgrad::sampler::bidirectional::thesis;
+use volgrad::sampler::metropolis::{
+    Batches, ChainStats, Metropolis, Options, Plan, State, Techniques, bootstrap, capacity, learn,
+};
 use volgrad::sampler::{Lengths, Stats};
 use volgrad::scene::Scene;
 use volgrad::shift;
@@ -36,6 +39,8 @@ impl Clone for Chain {
 pub struct Chains<'w> {
     pub world: &'w World,
     pub options: Options,
+    /// In the place of shifts, whatever is asked for.
+    pub thesis: Option<thesis::Options>,
     pub brightness: f64,
     pub relative_error: f64,
     pub chains: Vec<Chain>,
@@ -69,11 +74,12 @@ impl<'w> Chains<'w> {
         });
         assert_eq!(chains.len() as u32, plan.chain_count);
         let (brightness, relative_error) = (plan.brightness(), plan.relative_error());
-        Self { world, options, brightness, relative_error, chains }
+        Self { world, options, thesis: None, brightness, relative_error, chains }
     }
 
     /// The sampler, with batches every `every` mutations.
     pub fn sampler<'s>(&'s self, scene: &'s Scene<'s>, shift: Option<shift::Options>, every: u32) -> Metropolis<'s, Geometry> {
+        let shift = self.thesis.map(Batches::Thesis).or(shift.map(Batches::Shifts));
         let options = Options { shift, shift_every: every, ..self.options };
         Metropolis { scene, queries: &self.world.geometry, options }
     }

@@ -3,8 +3,9 @@
 
 use crate::chains::{Chain, Chains, Picture, Setup};
 use crate::toy::scenes::{World, edges_under_area_lights};
-use crate::unbiased_shifts;
+use crate::{THESIS, unbiased_shifts};
 use volgrad::sampler::Lengths;
+use volgrad::sampler::bidirectional::thesis;
 use volgrad::shift;
 
 const MUTATIONS: u64 = 60;
@@ -15,9 +16,10 @@ fn chains(world: &World) -> Chains<'_> {
 }
 
 /// Without shifts and with each kind, every mutation and every third.
-fn shifts() -> Vec<(Option<shift::Options>, u32)> {
+fn shifts() -> Vec<(Option<thesis::Options>, Option<shift::Options>, u32)> {
     let shrinking = unbiased_shifts().map(|shift| shift::Options { alpha: 0.7, ..shift });
-    std::iter::once((None, 1)).chain(shrinking.into_iter().flat_map(|shift| [(Some(shift), 1), (Some(shift), 3)])).collect()
+    let others = [(None, None, 1), (Some(THESIS), None, 1), (Some(THESIS), None, 3)];
+    others.into_iter().chain(shrinking.into_iter().flat_map(|shift| [1, 3].map(|every| (None, Some(shift), every)))).collect()
 }
 
 /// What is left of a chain: all that can be read of it, and what it would do next.
@@ -36,16 +38,17 @@ fn assert_same(chains: &Chains, a: &Chain, b: &Chain) {
 /// Films and chains after the same mutations, once in one call for each chain, once as `divide` does it.
 fn compare(divide: impl Fn(&Chains, &mut Vec<Chain>, &mut dyn FnMut(&mut Chain, u64), Option<shift::Options>, u32)) {
     let world = edges_under_area_lights();
-    let chains = chains(&world);
+    let mut chains = chains(&world);
     let scene = world.scene();
-    for (shift, every) in shifts() {
+    for (thesis, shift, every) in shifts() {
+        chains.thesis = thesis;
         let sampler = chains.sampler(&scene, shift, every);
         let (mut whole, mut parts) = (Picture::new(&world), Picture::new(&world));
         let (mut at_once, mut divided) = (chains.chains.clone(), chains.chains.clone());
         at_once.iter_mut().for_each(|chain| whole.run(&sampler, chain, MUTATIONS));
         divide(&chains, &mut divided, &mut |chain, mutations| parts.run(&sampler, chain, mutations), shift, every);
         assert!(whole.mean(1.0) > 0.0);
-        assert!(parts.cells == whole.cells && parts.chain_stats == whole.chain_stats, "{shift:?}, every {every}");
+        assert!(parts.cells == whole.cells && parts.chain_stats == whole.chain_stats, "{thesis:?} {shift:?}, every {every}");
         at_once.iter().zip(&divided).for_each(|(a, b)| assert_same(&chains, a, b));
     }
 }
@@ -99,9 +102,10 @@ fn a_stored_chain_goes_on_alike() {
 #[test]
 fn threads_and_merged_films() {
     let world = edges_under_area_lights();
-    let chains = chains(&world);
+    let mut chains = chains(&world);
     let scene = world.scene();
-    for (shift, every) in shifts() {
+    for (thesis, shift, every) in shifts() {
+        chains.thesis = thesis;
         let sampler = chains.sampler(&scene, shift, every);
         let render = |first: usize, step: usize| {
             let mut picture = Picture::new(&world);

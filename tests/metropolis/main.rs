@@ -33,6 +33,7 @@ mod stops;
 mod strangers;
 mod techniques;
 
+use volgrad::sampler::bidirectional::thesis;
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
 /// One of each unbiased mode and kernel, with runs of one vertex and more.
@@ -50,3 +51,6 @@ fn unbiased_shifts() -> [shift::Options; 5] {
         options(Mode::Exchangeable, disk, 4),
     ]
 }
+
+/// The thesis' estimator, whose radius shrinks.
+const THESIS: thesis::Options = thesis::Options { radius: 0.35, count: 3, alpha: 0.7, clamp: f64::INFINITY, as_printed: false };

@@ -3,7 +3,7 @@
 use crate::chains::{Chain, Chains, Picture, Setup};
 use crate::toy::Geometry;
 use crate::toy::scenes::edges_with_specular_surfaces;
-use crate::unbiased_shifts;
+use crate::{THESIS, unbiased_shifts};
 use std::cell::Cell;
 use volgrad::sampler::metropolis::Metropolis;
 use volgrad::sampler::{Lengths, Stats};
@@ -40,7 +40,7 @@ impl Queries for Stopping<'_> {
 /// Runs and flushes a chain whose callbacks stop after `calls`; returns it, what it added, and whether running and flushing were done.
 fn interrupted(chains: &Chains, scene: &Scene, shift: Option<shift::Options>, calls: u64) -> (Chain, Picture, [bool; 2]) {
     let queries = Stopping { geometry: &chains.world.geometry, left: Cell::new(calls) };
-    let options = chains.sampler(scene, shift, every(shift)).options;
+    let options = chains.sampler(scene, shift, every(chains, shift)).options;
     let sampler = Metropolis { scene, queries: &queries, options };
     let (mut chain, mut picture) = (chains.chains[0].clone(), Picture::new(chains.world));
     let mut chain_stats = picture.chain_stats;
@@ -54,8 +54,8 @@ fn interrupted(chains: &Chains, scene: &Scene, shift: Option<shift::Options>, ca
     (chain, picture, [run.is_ok(), flush.is_ok()])
 }
 
-fn every(shift: Option<shift::Options>) -> u32 {
-    if shift.is_some() { 2 } else { 1 }
+fn every(chains: &Chains, shift: Option<shift::Options>) -> u32 {
+    if chains.thesis.is_some() || shift.is_some() { 2 } else { 1 }
 }
 
 #[test]
@@ -64,9 +64,11 @@ fn at_any_call() {
     let scene = world.scene();
     let lengths = Lengths { first: 4, last: 4 };
     let setup = Setup { lengths, learn: 0, samples: 200, chains: 1, large_step: 0.3, burn_in: 5 };
-    for (shift, seed) in [None].into_iter().chain(unbiased_shifts().map(Some)).flat_map(|shift| [(shift, 3), (shift, 4)]) {
-        let chains = Chains::new(&world, &setup, seed);
-        let sampler = chains.sampler(&scene, shift, every(shift));
+    let kinds = [(None, None), (Some(THESIS), None)].into_iter().chain(unbiased_shifts().map(|shift| (None, Some(shift))));
+    for ((thesis, shift), seed) in kinds.flat_map(|kind| [(kind, 3), (kind, 4)]) {
+        let mut chains = Chains::new(&world, &setup, seed);
+        chains.thesis = thesis;
+        let sampler = chains.sampler(&scene, shift, every(&chains, shift));
         // The film after each whole mutation.
         let (mut chain, mut picture) = (chains.chains[0].clone(), Picture::new(&world));
         let mut after = vec![picture.cells.clone()];

@@ -48,7 +48,13 @@ pub struct Connector<'a, 'q, Q> {
     pub lens: DVec2,
 }
 
-impl<Q: Queries> Connector<'_, '_, Q> {
+impl<'a, 'q, Q: Queries> Connector<'a, 'q, Q> {
+    /// All techniques, by the balance heuristic, and nothing is left to chance.
+    pub fn of_all_techniques(scene: &'a Scene<'a>, queries: &'q Q, pixel: DVec2, lens: DVec2) -> Self {
+        let (heuristic, repertoire, roulette) = (Heuristic::Balance, Repertoire::ALL, Roulette::default());
+        Self { scene, queries, heuristic, repertoire, roulette, pixel, lens }
+    }
+
     /// Joins all vertices of `camera` and of `light`, two or more in all but not the camera and a light alone. None: nothing arrives.
     pub fn connect(&self, camera: &[Vertex], light: &[Vertex], stats: &mut Stats) -> Result<Option<Connection>, Stop> {
         match (camera, light) {
@@ -161,7 +167,7 @@ impl<Q: Queries> Connector<'_, '_, Q> {
     }
 
     /// τ between two vertices that see each other.
-    fn depth_between(
+    pub(super) fn depth_between(
         &self,
         z: &Vertex,
         y: &Vertex,
@@ -210,12 +216,12 @@ impl<Q: Queries> Connector<'_, '_, Q> {
     }
 }
 
-fn edge(back: DVec3, distance: f64, optical_depth: Colour) -> Edge {
+pub(super) fn edge(back: DVec3, distance: f64, optical_depth: Colour) -> Edge {
     Edge { back, distance, optical_depth, transmittance: transmittance(optical_depth) }
 }
 
 /// Unit direction and distance from `z` to `y`.
-fn aim(z: &Vertex, y: &Vertex) -> (DVec3, f64) {
+pub(super) fn aim(z: &Vertex, y: &Vertex) -> (DVec3, f64) {
     if matches!(y.kind, Kind::Far { .. }) {
         return (y.position, f64::INFINITY);
     }

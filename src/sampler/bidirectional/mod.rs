@@ -6,6 +6,7 @@ mod connect;
 mod mis;
 mod shiftable;
 mod subpath;
+pub mod thesis;
 mod vertex;
 
 pub use bundle::MOST_LIGHT_VERTICES;

@@ -252,7 +252,7 @@ pub(super) struct Asker<'p, 's, 'a, Q> {
 }
 
 impl<Q: Queries> Asker<'_, '_, '_, Q> {
-    fn depth(&self, i: usize, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Result<Depth, Stop> {
+    pub fn depth(&self, i: usize, kind: fn(&EdgeMoments, DVec3, f64) -> Depth) -> Result<Depth, Stop> {
         let (path, edge) = (self.path, self.path.edge(i));
         let constant = Depth::constant(edge.optical_depth);
         if !self.derivatives {

@@ -40,8 +40,19 @@ impl Default for Subpath<'_> {
 }
 
 impl<'a> Subpath<'a> {
+    /// A copy.
+    pub fn of(vertices: &[Vertex<'a>]) -> Self {
+        let mut path = Self::default();
+        vertices.iter().for_each(|vertex| path.push(*vertex));
+        path
+    }
+
     pub fn vertices(&self) -> &[Vertex<'a>] {
         self.vertices.get(..self.count).unwrap_or(&[])
+    }
+
+    pub(super) fn vertices_mut(&mut self) -> &mut [Vertex<'a>] {
+        self.vertices.get_mut(..self.count).unwrap_or(&mut [])
     }
 
     pub fn clear(&mut self) {

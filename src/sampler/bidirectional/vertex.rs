@@ -154,16 +154,28 @@ impl Vertex<'_> {
     pub fn density_of(&self, scene: &Scene, from: DVec3, next: &Vertex, edge: &Edge) -> f64 {
         let direction = -edge.back;
         match self.kind {
-            Kind::Far { index, .. } => {
-                let aim = scene.lights.guide_density(index, || Some(disk_numbers(&scene.bounds, self.position, next.position)));
+            Kind::Far { .. } => {
+                let aim = self.guided(scene, next, direction);
                 disk_density(&scene.bounds) * aim * next.cosine(direction) * mean(next.extinction * edge.transmittance)
             }
-            Kind::Light { light, index, normal } => {
-                let aim = scene.lights.guide_density(index, || light.invert_direction(normal, direction));
+            Kind::Light { light, normal, .. } => {
+                let aim = self.guided(scene, next, direction);
                 light.direction_density(normal, direction) * aim * next.arrival(edge)
             }
             Kind::Camera => scene.camera.direction_density(scene.camera.forward.dot(direction)) * next.arrival(edge),
             _ => self.scattering_density(from, direction) * next.arrival(edge),
+        }
+    }
+
+    /// What a light's guide makes of the density with which its subpath goes to `next`, in `direction`; 1 at other vertices.
+    pub(super) fn guided(&self, scene: &Scene, next: &Vertex, direction: DVec3) -> f64 {
+        let lights = &scene.lights;
+        match self.kind {
+            Kind::Far { index, .. } => {
+                lights.guide_density(index, || Some(disk_numbers(&scene.bounds, self.position, next.position)))
+            }
+            Kind::Light { light, index, normal } => lights.guide_density(index, || light.invert_direction(normal, direction)),
+            _ => 1.0,
         }
     }
 

@@ -9,7 +9,7 @@ use super::path::{Scratch, make, target};
 use super::techniques::{Shares, Techniques};
 use crate::film::Film;
 use crate::math::{Colour, DVec2};
-use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique};
+use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique, thesis};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{ChainNumbers, chain_shift_numbers};
 use crate::scene::{Queries, Scene, Stop};
@@ -23,9 +23,16 @@ pub struct Options {
     pub large_step: f64,
     /// Mutations before the first that counts, in which the size of small steps adapts.
     pub burn_in: u32,
-    pub shift: Option<shift::Options>,
+    pub shift: Option<Batches>,
     /// T: of paths that move only every T-th mutation counts, T times. 1 without shifts.
     pub shift_every: u32,
+}
+
+/// What becomes of paths that may move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Batches {
+    Shifts(shift::Options),
+    Thesis(thesis::Options),
 }
 
 /// What of a chain does not depend on its length. The numbers are beside it.
@@ -211,8 +218,12 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             // the first splat: nothing has changed then.
             let stay = state.pending + worth(&room.current) * (1.0 - decision.acceptance);
             let come = worth(&room.proposal) * (decision.acceptance + if decision.large { room.proposal.large } else { 0.0 });
-            let (left, due) = if decision.accepted { (&room.current, stay) } else { (&room.proposal, come) };
-            self.splat(state, left, due, &mut room.batch, film, stats)?;
+            let (left, made, due) = if decision.accepted {
+                (&room.current, (state.technique, &*numbers), stay)
+            } else {
+                (&room.proposal, (decision.technique, &room.numbers[..]), come)
+            };
+            self.splat(state, left, made, due, &mut room.batch, film, stats)?;
             state.pending = if decision.accepted { come } else { stay };
             state.mutations += 1;
             chain_stats.count(&decision);
@@ -227,7 +238,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             return Ok(());
         }
         let mut room = self.begin(state, numbers, stats)?;
-        self.splat(state, &room.current, state.pending, &mut room.batch, film, stats)
+        self.splat(state, &room.current, (state.technique, numbers), state.pending, &mut room.batch, film, stats)
     }
 
     /// At the path of the chain's numbers. It stops if that is another one than it was.
@@ -265,12 +276,14 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let value = path.value * (path.weight * share / (probability * density(others.into())));
         (sample.target, sample.pixel, sample.value) = (target, path.pixel, value);
         sample.large = density(others.into()) / density(brightness);
-        if let Some(options) = &self.options.shift {
-            let connection = Connection { value, weight: 1.0, ..path };
-            let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
-            let joined = Joined { scene: self.scene, camera, light, connection: &connection };
-            sample.moves = joined.prepare(self.queries, options, &mut sample.shiftable)?;
-        }
+        let connection = Connection { value, weight: 1.0, ..path };
+        let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
+        let joined = Joined { scene: self.scene, camera, light, connection: &connection };
+        sample.moves = match &self.options.shift {
+            Some(Batches::Shifts(options)) => joined.prepare(self.queries, options, &mut sample.shiftable)?,
+            Some(Batches::Thesis(_)) => joined.is_available(),
+            None => false,
+        };
         Ok(())
     }
 
@@ -306,10 +319,12 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         }
     }
 
+    /// Splats a path, made by a technique of some numbers.
     fn splat(
         &self,
         state: &State,
         sample: &Sample,
+        made: (Technique, &[f64]),
         due: f64,
         batch: &mut shift::Scratch,
         film: &mut Film,
@@ -318,9 +333,22 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         if !(due > 0.0 && sample.target > 0.0) {
             return Ok(());
         }
-        let (Some(options), Some(path)) = (&self.options.shift, sample.shiftable.as_ref().filter(|_| sample.moves)) else {
-            film.add(sample.pixel, sample.value * due);
-            return Ok(());
+        let (options, path) = match (&self.options.shift, &sample.shiftable) {
+            (Some(Batches::Shifts(options)), Some(path)) if sample.moves => (options, path),
+            (Some(Batches::Thesis(options)), _) if sample.moves => {
+                // All its vertices are needed, which are made again.
+                let (mut paths, (technique, numbers)) = (Scratch::default(), made);
+                let numbers = numbers.get(..technique.numbers()).unwrap_or(&[]);
+                let connection = make(self.scene, self.queries, technique, numbers, &mut paths, stats)?;
+                let Some(connection) = &connection else { return Ok(()) };
+                let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
+                let path = Joined { scene: self.scene, camera, light, connection };
+                return self.splat_thesis(options, state, sample.born, &path, sample.value * due, film, stats);
+            }
+            _ => {
+                film.add(sample.pixel, sample.value * due);
+                return Ok(());
+            }
         };
         let options = options.after(sample.born as f64 * f64::from(state.start.chains));
         let (tiles, random) = chain_shift_numbers(self.options.seed, state.index, sample.born);

@@ -6,9 +6,10 @@ mod inverse;
 mod numbers;
 mod path;
 mod techniques;
+mod thesis;
 
 pub use bootstrap::{Numbers, Plan, Start, learn, run as bootstrap};
-pub use chain::{ChainStats, Metropolis, Options, State};
+pub use chain::{Batches, ChainStats, Metropolis, Options, State};
 pub use inverse::invert;
 pub use numbers::capacity;
 pub use path::{Scratch, make};

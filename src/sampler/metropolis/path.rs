@@ -1,7 +1,7 @@
 //! The path that a technique makes of primary sample numbers.
 
 use crate::math::{DVec2, luminance};
-use crate::sampler::bidirectional::{Connection, Connector, Heuristic, Limits, Repertoire, Roulette, Subpath, Technique, from_camera, from_light};
+use crate::sampler::bidirectional::{Connection, Connector, Limits, Subpath, Technique, from_camera, from_light};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{PrimarySample, Slot, pair};
 use crate::scene::{Queries, Scene, Stop, View};
@@ -45,9 +45,7 @@ pub fn make<'a, Q: Queries>(
     if room.camera.vertices().len() != technique.camera {
         return Ok(None);
     }
-    let repertoire = Repertoire::ALL;
-    let roulette = Roulette::default();
-    let connector = Connector { scene, queries, heuristic: Heuristic::Balance, repertoire, roulette, pixel: place, lens };
+    let connector = Connector::of_all_techniques(scene, queries, place, lens);
     connector.connect(room.camera.vertices(), room.light.vertices(), stats)
 }
 
