@@ -31,7 +31,7 @@ static const char HELP[] =
     "      --heuristic H      weights of techniques: balance (default) or power\n"
     "      --light-vertices N most vertices of a path from a light (default 64; with --shift 3, and at most 3)\n"
     "      --roulette R       connections and batches worth less than R times the image's brightness, as far as guides know it, are\n"
-    "                         made by chance (default 0.5; with --shift 3)\n"
+    "                         made by chance (default 0.5; with --shift 6)\n"
     "      --debug-techniques DIR  afterwards also render DIR/sS_tT.exr and sS_tT_weighted.exr for each technique, S vertices from a\n"
     "                         light and T from the camera: what it makes without and with its weight, with as many samples.\n"
     "                         For paths of up to 8 edges (84 images), or --max-depth if given\n"

@@ -144,7 +144,7 @@ static int render_and_write(const render_job *job, image_source *source)
 /* The best in scenes/room.xml of what was tried; a batch costs more than a connection. */
 static double roulette(const options *o)
 {
-    return o->roulette >= 0.0 ? o->roulette : o->shift.mode != VOLGRAD_SHIFT_NONE ? 3.0 : 0.5;
+    return o->roulette >= 0.0 ? o->roulette : o->shift.mode != VOLGRAD_SHIFT_NONE ? 6.0 : 0.5;
 }
 
 static int run_with_queries(image_source *source, samplers *all, const scene *s, const volgrad_scene *core,

@@ -104,8 +104,9 @@ impl<'a, 'q, Q: Queries> Connector<'a, 'q, Q> {
         if !(scattering.max_element() > 0.0) {
             return Ok(None);
         }
-        let unoccluded =
-            last.throughput * scattering * (scene.camera.direction_density(image.ray.cosine) / (image.distance * image.distance));
+        let unoccluded = last.throughput
+            * scattering
+            * (scene.camera.direction_density(image.ray.cosine) / (image.distance * image.distance));
         let Some(survival) = self.roulette.survival(luminance(unoccluded)) else { return Ok(None) };
         let mut view = [View { pixel: image.pixel, ray: image.ray, hit: Hit::EMPTY, optical_depth: None }];
         View::trace(&mut view, scene, self.queries)?;

@@ -49,13 +49,7 @@ pub struct Junction {
 }
 
 /// The weight of the technique that joined these subpaths. Without light vertices the camera's last one is on a light.
-pub fn weight(
-    camera: &[Vertex],
-    light: &[Vertex],
-    junction: &Junction,
-    heuristic: Heuristic,
-    repertoire: &Repertoire,
-) -> f64 {
+pub fn weight(camera: &[Vertex], light: &[Vertex], junction: &Junction, heuristic: Heuristic, repertoire: &Repertoire) -> f64 {
     let vertices = camera.len() + light.len();
     let has = |camera: usize| repertoire.has(Technique { camera, light: vertices - camera });
     let reverse = |path: &[Vertex], near: &[f64; 2], i: usize| match path.len() - 1 - i {
