@@ -40,8 +40,9 @@ DATA = ROOT / "experiments" / "figures"
 ALLOWANCE = {s.name: s.allowance for s in VALIDATED}  # what the references are known to be wrong by, relative
 MEASURED = ["relative_mse", "blurred_mse", "outside_mse", "flip", "image_mean"]
 SETTINGS = ["experiment", "scene", "program", "integrator", "mode", "setting", "count", "seed"]
-COLUMNS = [*SETTINGS, "cpu_seconds", *MEASURED, "shifted_share", "bits", "command"]
-CELL_COLUMNS = [*SETTINGS[:-1], "seeds", "bias2", "bias2_error", "variance", "variance_error", "z_reference", "z_paired", "blocks_beyond_2"]
+COLUMNS = [*SETTINGS, "cpu_seconds", *MEASURED, "shifts_per_path", "bits", "command"]
+SPREAD = ["bias2", "bias2_error", "variance", "variance_error"]
+CELL_COLUMNS = [*SETTINGS[:-1], "seeds", *SPREAD, "z_reference", "z_paired", "energy", "blocks_beyond_2"]
 TRANSPARENT = 1e-6  # what a camera ray through no medium may lose
 
 
@@ -72,8 +73,7 @@ class Files:
         return reference_at(self.resolution, image, stderr, outside[..., 0] > 1 - TRANSPARENT)
 
     def image(self, job):
-        key = hashlib.sha256(f"{job.scene} {job.program.variant} {job.options} {job.seed}".encode()).hexdigest()[:16]
-        return self.folder / "renders" / f"{key}.exr"
+        return self.folder / "renders" / f"{hashlib.sha256(job.command.encode()).hexdigest()[:16]}.exr"
 
 
 def all_lamps(text):
@@ -110,14 +110,13 @@ class Worker:
         self.references = {s: files.reference(s) for s in SCENES}
 
     def render(self, job):
-        """Image, CPU-seconds, command, share of shifted paths."""
+        """Image, CPU-seconds, and shifts per path."""
         if job.program.variant:
-            return *self.render_by_mitsuba(job), f"mitsuba {job.program.variant} {job.program.integrator} spp={job.count}", ""
+            return *self.render_by_mitsuba(job), ""
         program = Volgrad("", self.renderer, self.folder, lambda scene, count: f"--stats {job.options}")
         image, seconds = program.render(ChangedScene(job.scene, self.files.scene(job.scene)), job.count, job.seed)
         program.file.rename(self.files.image(job))
-        command = f"volgrad-render scenes/{job.scene}.xml --threads 1 --seed {job.seed} {job.options}"
-        return image, seconds, command, shifted_share(program.printed) if job.program.integrator == "path" else ""
+        return image, seconds, shifts_per_path(program.printed) if job.program.integrator == "path" else ""
 
     def render_by_mitsuba(self, job):
         variant = job.program.variant
@@ -133,17 +132,16 @@ class Worker:
         return image, seconds
 
     def row(self, job):
-        image, seconds, command, moved = self.render(job)
-        p, found = job.program, errors(image, self.references[job.scene])
+        image, seconds, shifts = self.render(job)
+        found = errors(image, self.references[job.scene])
         bits = hashlib.sha256(image.astype(np.float32).tobytes()).hexdigest()[:16]
-        settings = [job.experiment, job.scene, p.name, p.integrator, p.mode, p.setting, job.count, job.seed]
-        return [*settings, f"{seconds:.4f}", *(f"{found[m]:.6g}" for m in MEASURED), moved, bits, command]
+        return [*cell_of(job), job.seed, f"{seconds:.4f}", *(f"{found[m]:.6g}" for m in MEASURED), shifts, bits, job.command]
 
 
-def shifted_share(stats):
-    """Of the path sampler's paths."""
-    paths, moved = (float(re.search(rf"^{name} +(\d+)", stats, re.M)[1]) for name in ("paths", "shifted paths"))
-    return f"{moved / paths:.4f}"
+def shifts_per_path(stats):
+    """Of the path sampler."""
+    paths, shifts = (float(re.search(rf"^{name} +(\d+)", stats, re.M)[1]) for name in ("paths", "shifts"))
+    return f"{shifts / paths:.4f}"
 
 
 _worker = None
@@ -165,16 +163,17 @@ def work(job):
 
 
 def read_done(file):
-    """Rows of an earlier run, by what tells jobs apart."""
-    if not file.exists():
-        return {}
-    rows = [r for r in csv.reader(file.read_text().splitlines()[2:]) if len(r) == len(COLUMNS)]
-    return {tuple(r[: len(SETTINGS)]): r for r in rows}
+    """Rows of an earlier run; one that was cut off is left out."""
+    lines = file.read_text().splitlines()[2:] if file.exists() else []
+    return by_command(r for r in csv.reader(lines) if len(r) == len(COLUMNS))
+
+
+def by_command(rows):
+    return {(r[0], r[-1]): r for r in rows}
 
 
 def key(job):
-    p = job.program
-    return job.experiment, job.scene, p.name, p.integrator, p.mode, p.setting, str(job.count), str(job.seed)
+    return job.experiment, job.command
 
 
 def measured(jobs, processes, files, renderer):
@@ -192,27 +191,34 @@ def measured(jobs, processes, files, renderer):
                 print(f"{n} of {len(jobs)} renders, {(time.monotonic() - start) / 60:.1f} minutes", flush=True)
 
 
+def cell_of(job):
+    p = job.program
+    return job.experiment, job.scene, p.name, p.integrator, p.mode, p.setting, job.count
+
+
 def cells(jobs, files):
     """Bias and variance over the seeds; volgrad's images are kept as EXR, Mitsuba's as arrays."""
     by_cell, references = {}, {s: files.reference(s) for s in SCENES}
     for j in jobs:
         if j.experiment != "repeated":
-            by_cell.setdefault(key(j)[:-1], []).append(j)
+            by_cell.setdefault(cell_of(j), []).append(j)
     plain = {}  # image means without shifts, by the rest of the cell: the same paths, or mutations
     for cell, of_cell in by_cell.items():
         reference = references[cell[1]]
         images = np.array([reference.matched(load(files.image(j))) for j in of_cell])
         means = images.mean((1, 2, 3))
-        experiment, scene, _, integrator, mode, _, count = cell
+        _, scene, _, integrator, mode, _, count = cell
         if mode == "none":
             plain[scene, integrator, count] = means
         paired = plain.get((scene, integrator, count))
-        z_paired = "" if mode == "none" or paired is None else f"{z_of_pairs(means, paired):.2f}"
+        pairs = ["", ""]  # z, and the relative difference
+        if mode != "none" and paired is not None:
+            pairs = [f"{z_of_pairs(means, paired):.2f}", f"{means.mean() / paired.mean() - 1:.6g}"]
         (bias2, variance), (bias2_error, variance_error) = bias_and_variance(images, reference), bias_and_variance_errors(images, reference)
         beyond = (np.abs(block_scores(images, reference)) > 2).mean()
         numbers = [bias2, bias2_error, variance, variance_error]
         z = z_of_reference(means, reference, ALLOWANCE[scene])
-        yield [*cell, len(images), *(f"{v:.6g}" for v in numbers), f"{z:.2f}", z_paired, f"{beyond:.4f}"]
+        yield [*cell, len(images), *(f"{v:.6g}" for v in numbers), f"{z:.2f}", *pairs, f"{beyond:.4f}"]
 
 
 def load(file):
@@ -251,8 +257,8 @@ def measure(arguments, output):
     about = f"{machine(renderer)}, {arguments.minutes:g} minutes planned, {arguments.resolution} x {arguments.resolution} pixels"
     rows = list(done.values())
     write_rows(table, about, COLUMNS, chain_and_keep(rows, measured(left, arguments.processes, files, renderer)))
-    done = {tuple(r[: len(SETTINGS)]): r for r in rows}
-    write_rows(DATA / "renders.csv", about, COLUMNS, (done[tuple(map(str, key(j)))] for j in plan.jobs))
+    done = by_command(rows)
+    write_rows(DATA / "renders.csv", about, COLUMNS, (done[key(j)] for j in plan.jobs))
     write_rows(DATA / "cells.csv", about, CELL_COLUMNS, cells(plan.jobs, files))
     figures_pictures.write(plan.jobs, files, load, DATA)
 

@@ -18,7 +18,7 @@ tr:hover td{background:#f2f6fa}img{max-width:100%}code{font-size:90%}summary{cur
 
 
 def draw_all(data):
-    ours = ["path", "path exchangeable", "bdpt", "mmlt", "mmlt exchangeable", "mmlt thesis"]
+    ours = tables.our_contenders(data)
     return {
         "mmlt": plots.convergence(data, plots.family(data, "mmlt")),
         "path": plots.convergence(data, plots.family(data, "path")),
@@ -36,7 +36,8 @@ def draw_all(data):
 
 def picture(folder, name, caption):
     bits = base64.b64encode((folder / f"{name}.png").read_bytes()).decode()
-    return f'<figure><img src="data:image/png;base64,{bits}" alt="{html.escape(caption)}"><figcaption>{html.escape(caption)}</figcaption></figure>'
+    text = html.escape(caption)
+    return f'<figure><img src="data:image/png;base64,{bits}" alt="{text}"><figcaption>{text}</figcaption></figure>'
 
 
 def table(found):
@@ -59,9 +60,16 @@ Mitsuba: of the render call alone, compiled before)."""
 
 MODES_TEXT = """**gain**: squared error without shifts over that with them, at equal samples, and at equal CPU time, also after both images were
 blurred. **FLIP : without**: perceptual error with shifts over that without, at equal samples. **noise**, **bias**: of one image, rms over the
-pixels; what is below its own uncertainty is an upper limit. **z**: of the image's mean against the reference's, beyond what the reference
-is known to be wrong by. **z paired**: against the same seeds, and so the same paths, without shifts. Bold z: beyond 3. **blocks > 2**: share
+pixels; what is below its own uncertainty is an upper limit. **energy**: image mean over that without shifts, from the same paths.
+**z**: of the image's mean against the reference's, beyond what the reference is known to be wrong by. **z paired**: against the same seeds, and so the same paths, without shifts. Bold z: beyond 3. **blocks > 2**: share
 of blocks of 8 x 8 pixels whose z is beyond 2; 4.6 % if unbiased (chains: more, since their noise comes in spots)."""
+
+SURFACES_TEXT = """A disk of equal size, in pixels or in world units: only the former moves first vertices on surfaces. Shifts are offsets tried
+for all contributions of a path; as many less as there are where surfaces stay belong to them. The renderer has no option that tells the
+energy of those paths apart."""
+
+DEFAULTS_TEXT = """Squared error at equal CPU time: nothing set (the scene and an output alone) over the best unbiased setting measured; without
+shifts over with the best of them. The best of many measured settings looks better than it is, by part of its interval."""
 
 
 def sections(data, folder):
@@ -70,7 +78,7 @@ def sections(data, folder):
         paragraph("Whether batches of gradients beat plain MMLT at equal mutations, and whether those without bias do."),
         table(tables.claims(data)),
     ]
-    yield "Figure 21: smoke", [picture(folder, "details", "One render each; details; its difference from the reference; bias apart from it.")]
+    yield "Figure 21: smoke", [picture(folder, "details", "One render each; its difference from the reference; bias apart from noise; details.")]
     yield "Figure 22: the caustic", [picture(folder, "counts", "Mutations, or samples, per pixel above each picture.")]
     yield "Figure 23: convergence", [
         picture(folder, "scenes", "One render each, of the highest count."),
@@ -89,15 +97,19 @@ def sections(data, folder):
     yield "Figure 25: alpha, and the error outside of the medium", [
         picture(folder, "alpha", "Left: error against alpha, with theory's optimum dotted. Middle: bias of shrinking and constant radii."),
         table(tables.best_alpha(data)),
-        paragraph("Outside: pixels that see no medium, in smoke. In cloud they see the sky, which has no error at all; in room and caustic there are none."),
+        paragraph("Schedules: alpha 1 keeps the radius; thesis_printed begins anew with each batch, as [Lu20 alg. 2] is printed."),
+        table(tables.schedules(data)),
+        paragraph("Outside: pixels that see no medium, in smoke. In cloud they see the sky, without error; in room and caustic there are none."),
     ]
-    yield "Correlated noise: blurred errors and FLIP", [picture(folder, "flip", f"Relative RMSE after a blur of {BLUR:g} pixels, and FLIP, against CPU time.")]
+    yield "Correlated noise: blurred errors and FLIP", [
+        picture(folder, "flip", f"Relative RMSE after a blur of {BLUR:g} pixels, and FLIP, against CPU time."),
+    ]  # fmt: skip
     yield "Settings: members, moving vertices, how often", [
         paragraph("n members besides the path itself, runs of so many vertices (1: the thesis' single vertex), T mutations per batch."),
         picture(folder, "settings", "Gain of `exchangeable` shifts over none, at equal CPU time."),
     ]
     yield "Surfaces first", [
-        paragraph("A disk of equal size, in pixels or in world units: only the former moves first vertices on surfaces. The host cannot tell the energy of those paths."),
+        paragraph(SURFACES_TEXT),
         table(tables.surfaces(data)),
     ]
     yield "Beside what people would use instead", [
@@ -106,7 +118,7 @@ def sections(data, folder):
         table(tables.peers(data)),
     ]
     yield "Defaults from evidence", [
-        paragraph("Squared error at equal CPU time: nothing set (the scene and an output alone) over the best unbiased setting measured; without shifts over with the best of them."),
+        paragraph(DEFAULTS_TEXT),
         table(tables.defaults(data)),
         "<h3>Where time and variance go</h3>", table(tables.where(data)),
     ]  # fmt: skip
@@ -115,7 +127,7 @@ def sections(data, folder):
 
 def page_text(data, folder):
     parts = ["<!doctype html><html lang=en><meta charset=utf-8><title>volgrad: figures</title>", f"<style>{STYLE}</style>"]
-    parts += ["<h1>The thesis' figures, again and beyond</h1>", f"<p>{html.escape(data.about)}. Written by <code>make figures</code>.</p>", paragraph(ABOUT)]
+    parts += ["<h1>The thesis' figures, again and beyond</h1>", paragraph(f"{data.about}. Written by `make figures`."), paragraph(ABOUT)]
     for title, content in sections(data, folder):
         parts += [f"<h2>{html.escape(title)}</h2>", *content]
     return "\n".join(parts) + "</html>\n"

@@ -8,7 +8,8 @@ from images import exposure_of, signed, tonemap
 
 DIFFERENCE_SHOWN = 0.5  # relative, of one render
 BIAS_SHOWN = 0.2  # relative, of the mean over the seeds
-DETAILS = {"#009E73": (0.48, 0.30), "#D55E00": (0.36, 0.58), "#0072B2": (0.56, 0.74)}  # smoke: inside, a ragged edge, near the ground; corners
+# Corners, relative to the image, by colour. Smoke: a ragged edge, the horizon behind its foot, the ground beside it.
+DETAILS = {"#009E73": (0.48, 0.30), "#D55E00": (0.36, 0.58), "#0072B2": (0.56, 0.74)}
 DETAIL = 0.17  # of the image, along a side
 
 
@@ -47,6 +48,10 @@ def relative(image, reference):
     return ((image - reference) / (reference + 0.02 * reference.mean())).mean(2)
 
 
+def label(axes, what, limit):
+    axes.text(0.5, 0.5, f"{what}\nfull colour: {limit:.0%}", ha="center", va="center")
+
+
 def details(renders, scene="smoke"):
     """[Lu20, figure 21]"""
     reference = renders.files.reference(scene).image
@@ -65,9 +70,9 @@ def details(renders, scene="smoke"):
             axes_of_detail.imshow(tonemap(one[y : y + width, x : x + width], exposure))
             axes_of_detail.spines[:].set(visible=True, color=colour, linewidth=2)
         if images is None:
-            column[1].text(0.5, 0.5, f"difference of one render\nblue darker, red brighter\nfull colour: {DIFFERENCE_SHOWN:.0%}", ha="center")
-            column[2].text(0.5, 0.5, f"bias: mean of {len(renders.of('convergence', scene, programs[0]))} seeds,\nblurred by {BLUR:g} pixels\nfull colour: {BIAS_SHOWN:.0%}",
-                           ha="center")  # fmt: skip
+            seeds = len(renders.of("convergence", scene, programs[0]))
+            label(column[1], "difference of one render\nblue darker, red brighter", DIFFERENCE_SHOWN)
+            label(column[2], f"bias: mean of {seeds} seeds,\nblurred by {BLUR:g} pixels", BIAS_SHOWN)
         else:
             column[1].imshow(signed(relative(one, reference), DIFFERENCE_SHOWN))
             column[2].imshow(signed(relative(blur(images.mean(0)), blur(reference)), BIAS_SHOWN))
@@ -113,7 +118,7 @@ def radii(renders, scene="smoke"):
     figure, axes = grid(2, len(settings) + 1)
     axes[0, -1].imshow(tonemap(reference, exposure_of(reference)))
     axes[0, -1].set_title("reference", fontsize=9)
-    axes[1, -1].text(0.5, 0.5, f"bias: mean of the seeds,\nblurred by {BLUR:g} pixels\nfull colour: {BIAS_SHOWN:.0%}", ha="center")
+    label(axes[1, -1], f"bias: mean of the seeds,\nblurred by {BLUR:g} pixels", BIAS_SHOWN)
     for column, setting in zip(axes.T, settings):
         images = renders.of("radius", scene, f"{name} {setting}")
         column[0].imshow(tonemap(images[0], exposure_of(reference)))

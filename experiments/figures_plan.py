@@ -6,6 +6,7 @@ come from the costs below, which were measured once; on another machine the plan
 Radii of the thesis' kernel, a ball in the world, are in pixels' footprints at the middle of the scene, and are those after one sample per
 pixel; where they shrink as i^((alpha - 1)/3), i counts the samples of the whole image, and the first of all has a larger one.
 """
+import re
 from dataclasses import dataclass, field
 
 SCENES = ["smoke", "room", "cloud", "caustic"]
@@ -14,12 +15,17 @@ PEERS = ["volpath", "volpathmis"]
 VARIANTS = ["scalar_rgb", "llvm_ad_rgb"]
 
 # Each biased mode with the alpha that theory wants, 1 + 3·exponent: bias O(r^2) shrinks best with i^(-1/4), O(r^4) with i^(-1/8).
-ALPHA = {"thesis": 0.25, "first_order": 0.25, "half_order": 0.625, "log_linear": 0.25}
-RADIUS = 2  # pixels
-MODES = ["thesis", "first_order", "half_order", "log_linear", "linear_depth", "exact", "two_level", "exchangeable"]
+ALPHA = {"thesis": 0.25, "thesis_printed": 0.25, "first_order": 0.25, "half_order": 0.625, "log_linear": 0.25}
+RADIUS = 1  # pixels
+RADII = [0.25, 0.5, 1, 2, 4]
+LARGE_RADIUS = 2  # whose bias shows
+ALPHAS = [0, 0.25, 0.5, 0.625, 0.75, 1]
+SURFACE_RADIUS = 2
+GRADIENT = ["first_order", "half_order", "log_linear"]
+MODES = ["thesis", "thesis_printed", *GRADIENT, "linear_depth", "exact", "two_level", "exchangeable"]
 UNBIASED = ["none", "exact", "two_level", "exchangeable"]
-CHAINS_ONLY = ["thesis"]
-PRINTED = "--shift-schedule printed"  # the radius of [Lu20 alg. 2], which restarts with each batch
+CHAINS_ONLY = ["thesis", "thesis_printed"]
+RESTARTS = ["thesis_printed"]  # radii as in [Lu20 alg. 2], which shrink within a batch and begin anew with each
 
 # CPU-seconds per sample per pixel of 128 x 128 (mmlt: per mutation), and of starting up (guides, bootstrap), without shifts.
 COST = {
@@ -37,7 +43,7 @@ SHIFTED = 2.5  # times the cost of a sample without shifts
 SHARES = {"convergence": 0.46, "peers": 0.14, "settings": 0.20, "radius": 0.04, "alpha": 0.06, "surfaces": 0.02}
 WEIGHT = {"smoke": 0.8, "room": 1.4, "cloud": 0.8, "caustic": 1.0}  # of a scene, relative to the mean
 PROCESSORS = 2
-SEEDS, FEW_SEEDS, LONG = 5, 3, 15  # few for a look, in less than LONG minutes
+SEEDS, FEW_SEEDS, LONG = 5, 2, 15  # few for a look, in less than LONG minutes
 RUNGS, STEP = 3, 3  # of the ladder of sample counts: N/9, N/3, N
 FIRST_SEED = 1000  # others than those of peers.py, chains.py and of trials; Mitsuba's references were made with 0, 1, 2 ...
 
@@ -77,13 +83,21 @@ class Job:
         named = "" if integrator == "default" else f"--integrator {integrator} "
         return f"{named}{'--mutations' if integrator == 'mmlt' else '--spp'} {self.count} {self.program.options}".strip()
 
+    @property
+    def command(self):
+        """What tells jobs apart, but for scene files in another resolution."""
+        p = self.program
+        if p.variant:
+            return f"mitsuba -m {p.variant} scenes/{self.scene}.xml spp={self.count} seed={self.seed} integrator={p.integrator}"
+        return f"volgrad-render scenes/{self.scene}.xml --threads 1 --seed {self.seed} {self.options}"
+
 
 def ball(mode, scene, resolution, radius=RADIUS, alpha=None):
     """Of a mode with the thesis' kernel."""
     alpha = ALPHA[mode] if alpha is None else alpha
-    first = radius * FOOTPRINT[scene] * 128 / resolution * (resolution**2) ** ((1 - alpha) / 3)
-    kernel = "" if mode == "thesis" else "--shift-kernel ball "
-    return f"--shift {mode} {kernel}--shift-radius {first:.4g} --shift-alpha {alpha}"
+    samples = 1 if mode in RESTARTS else resolution**2
+    first = radius * FOOTPRINT[scene] * 128 / resolution * samples ** ((1 - alpha) / 3)
+    return f"--shift {mode} --shift-kernel ball --shift-radius {first:.4g} --shift-alpha {alpha}"
 
 
 def shifted(integrator, mode, scene, resolution):
@@ -105,7 +119,7 @@ class Plan:
 
     @property
     def modes(self):
-        return [m for m in MODES if m in self.help]
+        return [m for m in MODES if re.search(rf"\b{m}\b", self.help)]
 
     def seconds(self, experiment, scene=None):
         whole = 60 * PROCESSORS * self.minutes * SHARES[experiment]
@@ -161,7 +175,7 @@ def radius(plan):
     """Figure 24, on smoke: of the gradient's estimate, and of one without bias."""
     modes = [m for m in ("thesis", "first_order") if m in plan.modes]
     programs = [Program("mmlt")]
-    for r in (0.5, 1, 2, 4, 8):
+    for r in RADII:
         programs += [Program("mmlt", m, f"r {r}", ball(m, "smoke", plan.resolution, r)) for m in modes]
         exchangeable = f"--shift exchangeable --shift-kernel ball --shift-radius {r * FOOTPRINT['smoke'] * 128 / plan.resolution:.4g}"
         programs.append(Program("mmlt", "exchangeable", f"r {r}", exchangeable))
@@ -171,15 +185,11 @@ def radius(plan):
 
 
 def alpha(plan):
-    """Figure 25, left, on smoke: a large radius, whose bias shows, and paths, whose noise is small."""
-    programs = [Program("path")]
-    for m in ("first_order", "half_order", "log_linear"):
-        programs += [Program("path", m, f"alpha {a}", ball(m, "smoke", plan.resolution, 4, a)) for a in (0, 0.25, 0.5, 0.625, 0.75, 1)]
-    if "thesis" in plan.modes:
-        programs += [Program("mmlt", "thesis", f"alpha {a}", ball("thesis", "smoke", plan.resolution, 4, a)) for a in (0.25, 1)]
-    if "printed" in plan.help:
-        printed = ball("thesis", "smoke", plan.resolution, 4, 1).replace("--shift-alpha 1", f"--shift-alpha 0.25 {PRINTED}")
-        programs.append(Program("mmlt", "thesis", "printed", printed))
+    """Figure 25, left, on smoke: a large radius, whose bias shows, and paths, whose noise is small; the thesis' two schedules."""
+    choices = [("path", m, ALPHAS) for m in GRADIENT]
+    choices += [("mmlt", m, [ALPHA[m]] if m in RESTARTS else [ALPHA[m], 1]) for m in CHAINS_ONLY if m in plan.modes]
+    programs = [Program(i) for i in dict.fromkeys(i for i, _, _ in choices)]
+    programs += [Program(i, m, f"alpha {a}", ball(m, "smoke", plan.resolution, LARGE_RADIUS, a)) for i, m, of_mode in choices for a in of_mode]
     counts = plan.ladder(programs, "smoke", plan.seconds("alpha"))
     for p in programs:
         plan.add("alpha", "smoke", p, counts)
@@ -202,9 +212,9 @@ def settings(plan):
 def surfaces(plan):
     """A disk in pixels moves first vertices on surfaces, too; the same disk in world units does not."""
     for scene in SCENES:
-        world = RADIUS * FOOTPRINT[scene] * 128 / plan.resolution
+        world = SURFACE_RADIUS * FOOTPRINT[scene] * 128 / plan.resolution
         programs = [Program("path", "exchangeable", where, f"--shift exchangeable --shift-kernel disk --shift-radius {r}")
-                    for where, r in (("everywhere", f"{RADIUS}px"), ("in media only", f"{world:.4g}"))]
+                    for where, r in (("everywhere", f"{SURFACE_RADIUS}px"), ("in media only", f"{world:.4g}"))]
         counts = plan.ladder([*programs, Program("path")], scene, plan.seconds("surfaces", scene), 1)
         for p in [*programs, Program("path")]:
             plan.add("surfaces", scene, p, counts)

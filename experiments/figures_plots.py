@@ -6,14 +6,17 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 from figures_data import products, rmse  # noqa: E402
 from figures_plan import ALPHA, MODES, SCENES  # noqa: E402
+from measures import student  # noqa: E402
 from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
 
 # Okabe and Ito's colours, which colour-blind people can tell apart; one per mode everywhere, one line style per integrator.
 COLOUR = {
-    "none": "#000000", "thesis": "#D55E00", "first_order": "#E69F00", "half_order": "#B5A800", "log_linear": "#CC79A7",
-    "linear_depth": "#8C8C8C", "exact": "#56B4E9", "two_level": "#009E73", "exchangeable": "#0072B2",
+    "none": "#000000", "thesis": "#D55E00", "thesis_printed": "#7A3000", "first_order": "#E69F00", "half_order": "#B5A800",
+    "log_linear": "#CC79A7", "linear_depth": "#8C8C8C", "exact": "#56B4E9", "two_level": "#009E73", "exchangeable": "#0072B2",
 }  # fmt: skip
-STYLE = {"path": ("-", "o"), "mmlt": ("--", "s"), "bdpt": (":", "^"), "default": ("-", "*"), "volpath": ("-.", "D"), "volpathmis": ("-.", "v")}
+STYLE = {
+    "path": ("-", "o"), "mmlt": ("--", "s"), "bdpt": (":", "^"), "default": ("-", "*"), "volpath": ("-.", "D"), "volpathmis": ("-.", "v"),
+}  # fmt: skip
 PEER_COLOUR = {"scalar_rgb": "#7F4F24", "llvm_ad_rgb": "#B08968"}
 DPI = 110
 WIDTH = 13  # inches
@@ -26,7 +29,8 @@ def look(row):
     """Colour and line of a program."""
     line, marker = STYLE[row["integrator"]]
     variant = next((v for v in PEER_COLOUR if f" {v.split('_')[0]}" in row["program"]), None)
-    return {"color": PEER_COLOUR[variant] if variant else COLOUR[row["mode"]], "linestyle": line, "marker": marker, "markersize": 4, "linewidth": 1.2}
+    colour = PEER_COLOUR[variant] if variant else COLOUR[row["mode"]]
+    return {"color": colour, "linestyle": line, "marker": marker, "markersize": 4, "linewidth": 1.2}
 
 
 def curve(axes, x, intervals, **style):
@@ -45,7 +49,12 @@ def error_curve(data, axes, against, measure="relative_mse", **wanted):
 
 
 def logarithmic(axes, both=True):
+    """The range is that of the values: bars may leave it."""
     axes.set_yscale("log")
+    curves = [bars[0] for bars in axes.containers] or axes.lines
+    values = [v for c in curves for v in c.get_ydata()]
+    if values:
+        axes.set_ylim(min(values) / 1.6, max(values) * 1.6)
     if both:
         axes.set_xscale("log")
     for axis in (axes.xaxis, axes.yaxis)[0 if both else 1 :]:
@@ -88,7 +97,8 @@ def convergence(data, programs, experiments=("convergence",), rows=("count", "cp
 
 
 def family(data, integrator):
-    return [p for p in data.values("program", experiment="convergence") if p.split()[0] in (integrator, "bdpt" if integrator == "path" else "")]
+    integrators = [integrator, "bdpt"] if integrator == "path" else [integrator]
+    return [p for p in data.values("program", experiment="convergence") if p.split()[0] in integrators]
 
 
 def flip(data, programs):
@@ -114,7 +124,7 @@ def flip(data, programs):
 def parts(cell):
     """Bias and noise of one image, with what they are known to: roots of the squares and of the ends of their intervals."""
     for name in ("bias2", "variance"):
-        value, error = float(cell[name]), 2 * float(cell[name + "_error"])
+        value, error = float(cell[name]), student(int(cell["seeds"])) * float(cell[name + "_error"])
         ends = np.sqrt(np.maximum(0, [value, value - error, value + error]))
         yield ends if value > 0 else np.array([np.nan, 0, ends[2]])
 
@@ -130,9 +140,10 @@ def bias(data):
             for y, m in enumerate(reversed(modes)):
                 of_bias, of_noise = parts(data.cell(**wanted, count=top, mode=m))
                 draw_parts(axes, y, of_bias, of_noise, COLOUR[m])
-            axes.set(title=f"{scene}, {integrator}, {top} per pixel", yticks=range(len(modes)), yticklabels=reversed(modes), xscale="log")
+            axes.set(title=f"{scene}, {integrator}, {top} per pixel", yticks=range(len(modes)), xscale="log")
+            axes.set_yticklabels(reversed(modes) if scene == SCENES[0] else [])
             axes.grid(alpha=0.25, axis="x")
-            axes.set_xlabel("relative to the reference: noise ○, bias ● (◂: below)")
+    figure.supxlabel("relative to the reference, rms over the pixels:  ○ noise of one image   ● bias   ◂ bias below")
     return figure
 
 
@@ -154,7 +165,7 @@ def radius(data):
         x = [float(r["setting"].split()[1]) for r in rows]
         errors = [rmse(data.column("relative_mse", experiment="radius", program=r["program"])) for r in rows]
         style = {"color": COLOUR[m], "marker": "o", "markersize": 4, "label": m}
-        for axes, values in zip(grid[0], (errors, [p[0] for p in map(list, map(parts, rows))], [p[1] for p in map(list, map(parts, rows))])):
+        for axes, values in zip(grid[0], (errors, *zip(*map(parts, rows)))):
             curve(axes, x, values, **style)
     plain = rmse(data.column("relative_mse", experiment="radius", mode="none"))[0]
     for axes, title in zip(grid[0], ("relative RMSE", "bias", "noise")):
@@ -191,13 +202,11 @@ def alpha(data):
 
 
 def schedules(data, axes):
-    """Squared bias over the counts: radii that shrink, and those that do not, as in the printed schedule."""
-    lines = {0.25: "--", 1.0: ":"}
-    for m in [m for m in data.values("mode", experiment="alpha") if m in ("first_order", "log_linear", "thesis")]:
-        for setting in data.values("setting", experiment="alpha", mode=m):
-            line = "-." if setting == "printed" else lines.get(float(setting.split()[1]))
-            if line:
-                rows = data.find(data.cells, experiment="alpha", mode=m, setting=setting)
+    """Bias over the counts: radii that shrink, those that do not, and those of the printed schedule."""
+    for m in [m for m in data.values("mode", experiment="alpha") if m != "none"]:
+        for setting, line in ((f"alpha {ALPHA[m]}", "--"), ("alpha 1", ":")):
+            rows = data.find(data.cells, experiment="alpha", mode=m, setting=setting)
+            if rows:
                 style = {"color": COLOUR[m], "linestyle": line, "marker": "o", "markersize": 4, "label": f"{m}, {setting}"}
                 curve(axes, [int(r["count"]) for r in rows], [next(parts(r)) for r in rows], **style)
     axes.set(title="bias over the samples", xlabel="samples or mutations per pixel", ylabel="relative bias")
@@ -207,20 +216,22 @@ def schedules(data, axes):
 
 def settings(data):
     """Squared error times CPU time, without shifts over with them: members of a batch, moving vertices, how often."""
-    figure, grid = panels(1, len(SCENES), 3.8)
+    figure, grid = panels(1, len(SCENES), 4)
     for axes, scene in zip(grid[0], SCENES):
-        for i, integrator in enumerate(("path", "mmlt")):
-            rows = [r for r in data.find(data.cells, experiment="settings", scene=scene, integrator=integrator, mode="exchangeable") if r["setting"]]
-            gains = [gain(data, r) for r in rows]
-            y = 12 * i + np.arange(len(rows))
-            for at, (value, low, high), r in zip(y, gains, rows):
-                axes.plot([low, high], [at, at], color=COLOUR["exchangeable"], linewidth=1)
-                axes.plot(value, at, STYLE[integrator][1], color=COLOUR["exchangeable"])
-                axes.text(0.02, at, f"{integrator} {r['setting']}", fontsize=7, va="center", transform=axes.get_yaxis_transform())
+        wanted = {"experiment": "settings", "scene": scene, "mode": "exchangeable"}
+        rows = [r for r in data.find(data.cells, **wanted) if r["setting"]]
+        gains = np.array([gain(data, r) for r in rows])
+        for at, (value, low, high), r in zip(range(len(rows)), gains, rows):
+            axes.plot([low, high], [at, at], color=COLOUR["exchangeable"], linewidth=1)
+            axes.plot(value, at, STYLE[r["integrator"]][1], color=COLOUR["exchangeable"])
         axes.axvline(1, color="black", linewidth=0.7)
-        axes.set(title=scene, xscale="log", yticks=[], xlabel="gain at equal CPU time")
+        axes.set(title=scene, xscale="log", yticks=range(len(rows)), xlim=(np.nanmin(gains[:, 0]) / 3, np.nanmax(gains[:, 0]) * 3))
+        axes.set_yticklabels([f"{r['integrator']} {r['setting']}" for r in rows] if scene == SCENES[0] else [])
         axes.invert_yaxis()
-        axes.grid(alpha=0.25, axis="x")
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.grid(alpha=0.25, axis="x", which="both")
+    figure.supxlabel("gain of shifts at equal CPU time")
     return figure
 
 

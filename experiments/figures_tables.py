@@ -2,8 +2,11 @@
 import numpy as np
 from figures_data import TARGETS, products, ratio, time_to
 from figures_plan import ALPHA, MODES, SCENES, UNBIASED
+from measures import student
 from tables import shown
 
+OURS = ["path", "path exchangeable", "bdpt", "mmlt", "mmlt exchangeable", "mmlt thesis"]
+QUALITY = ["noise", "bias", "energy", "z", "z paired", "blocks > 2"]
 GOAL = 4  # times less squared error with shifts than without, in equal time
 NEAR = 1.2  # what sets nothing may cost, over the best measured setting
 SUSPICIOUS = 3  # |z|
@@ -24,7 +27,7 @@ def pair(data, **wanted):
 
 def modes(data, integrator):
     """Each mode against the same paths, or mutations, without shifts."""
-    header = ["scene", "mode", "gain, equal samples", "cost", "gain, equal time", "the same, blurred", "FLIP : without", "noise", "bias", "z", "z paired", "blocks > 2"]
+    header = ["scene", "mode", "gain, equal samples", "cost", "gain, equal time", "the same, blurred", "FLIP : without", *QUALITY]
     rows = []
     for scene in SCENES:
         wanted = {"experiment": "convergence", "scene": scene, "integrator": integrator}
@@ -32,14 +35,16 @@ def modes(data, integrator):
         plain = {"count": top, "mode": "none", **wanted}
         for m in [m for m in ["none", *MODES] if data.find(**wanted, mode=m)]:
             this = {"count": top, "mode": m, **wanted}
-            rows.append(([scene, m if m != "none" else "none (plain)", *gains(data, plain, this), *quality(data.cell(**this))], data.command(**this)))
+            cells = [scene, f"`{m}`", *gains(data, plain, this), *quality(data.cell(**this))]
+            rows.append((cells, data.command(**this)))
     return header, rows
 
 
 def gains(data, plain, this):
     if plain == this:
         return ["1"] * 5
-    squared, seconds, blurred, flips = ([data.column(c, **w) for w in (plain, this)] for c in ("relative_mse", "cpu_seconds", "blurred_mse", "flip"))
+    measures = ("relative_mse", "cpu_seconds", "blurred_mse", "flip")
+    squared, seconds, blurred, flips = ([data.column(c, **w) for w in (plain, this)] for c in measures)
     equal_time = products(pair(data, **plain), pair(data, **this))
     after_blur = products([blurred[0], seconds[0]], [blurred[1], seconds[1]])
     return [text(ratio(*squared)), text(ratio(*seconds[::-1])), text(equal_time), text(after_blur), text(ratio(*flips[::-1]))]
@@ -47,10 +52,12 @@ def gains(data, plain, this):
 
 def quality(cell):
     """Noise and bias of one image, relative; z of its mean."""
-    bias2, error, variance = (float(cell[c]) for c in ("bias2", "bias2_error", "variance"))
-    high = np.sqrt(max(0.0, bias2 + 2 * error))
-    bias = f"{np.sqrt(bias2):.1%}" if bias2 > 2 * error else f"< {high:.1%}"
-    return [f"{np.sqrt(variance):.1%}", bias, marked(cell["z_reference"]), marked(cell["z_paired"] or "–"), f"{float(cell['blocks_beyond_2']):.1%}"]
+    bias2, variance = float(cell["bias2"]), float(cell["variance"])
+    reach = student(int(cell["seeds"])) * float(cell["bias2_error"])
+    bias = f"{np.sqrt(bias2):.1%}" if bias2 > reach else f"< {np.sqrt(max(reach, bias2 + reach)):.1%}"
+    energy = f"{float(cell['energy']):+.2%}" if cell["energy"] else "–"
+    z = [marked(cell[c] or "–") for c in ("z_reference", "z_paired")]
+    return [f"{np.sqrt(variance):.1%}", bias, energy, *z, f"{float(cell['blocks_beyond_2']):.1%}"]
 
 
 def marked(z):
@@ -64,11 +71,29 @@ def claims(data):
     for scene in SCENES:
         wanted = {"experiment": "convergence", "scene": scene, "integrator": "mmlt"}
         top = data.counts(**wanted)[-1]
-        for m in [m for m in ("thesis", "first_order", "exchangeable") if data.find(**wanted, mode=m)]:
+        for m in [m for m in ("thesis", "thesis_printed", "first_order", "exchangeable") if data.find(**wanted, mode=m)]:
             found = ratio(*(data.column("relative_mse", **wanted, count=top, mode=x) for x in ("none", m)))
-            verdict = "not told apart from 1" if not np.isfinite(found).all() or found[1] < 1 < found[2] else "better" if found[0] > 1 else "worse"
-            rows.append(([scene, f"`{m}`", text(found), verdict], data.command(**wanted, count=top, mode=m)))
+            rows.append(([scene, f"`{m}`", text(found), verdict(found)], data.command(**wanted, count=top, mode=m)))
     return header, rows
+
+
+def verdict(gain):
+    if not np.isfinite(gain).all() or gain[1] < 1 < gain[2]:
+        return "not told apart"
+    return "better" if gain[0] > 1 else "worse"
+
+
+def schedules(data):
+    """Error and bias over the counts, of radii that shrink with the samples of the image, that do not, and that begin anew in each batch."""
+    counts = data.counts(experiment="alpha")
+    rows = []
+    last = data.find(data.cells, experiment="alpha", count=counts[-1])
+    for cell in [r for r in last if r["setting"] in (f"alpha {ALPHA.get(r['mode'])}", "alpha 1")]:
+        wanted = {"experiment": "alpha", "program": cell["program"]}
+        errors = [f"{np.sqrt(max(0, data.column('relative_mse', **wanted, count=c).mean())):.1%}" for c in counts]
+        biases = [quality(data.cell(**wanted, count=c)) for c in counts]
+        rows.append(([f"`{cell['mode']}`", cell["setting"], *errors, *(b[1] for b in biases), *(b[2] for b in biases)], data.command(**wanted)))
+    return ["mode", "schedule", *(f"{what}, {c}" for what in ("RMSE", "bias", "energy") for c in counts)], rows
 
 
 def best_alpha(data):
@@ -87,16 +112,16 @@ def best_alpha(data):
 
 
 def surfaces(data):
-    header = ["scene", "first vertices on surfaces", "paths shifted", "gain, equal samples", "gain, equal time"]
+    header = ["scene", "first vertices on surfaces", "shifts per path", "gain, equal samples", "gain, equal time"]
     rows = []
     for scene in SCENES:
         wanted = {"experiment": "surfaces", "scene": scene}
         plain = {**wanted, "mode": "none"}
         for setting, name in (("in media only", "stay"), ("everywhere", "move")):
             this = {**wanted, "setting": setting}
-            moved = data.column("shifted_share", **this).mean()
+            shifts = data.column("shifts_per_path", **this).mean()
             squared = [data.column("relative_mse", **w) for w in (plain, this)]
-            cells = [scene, name, f"{moved:.0%}", text(ratio(*squared)), text(products(pair(data, **plain), pair(data, **this)))]
+            cells = [scene, name, f"{shifts:.1f}", text(ratio(*squared)), text(products(pair(data, **plain), pair(data, **this)))]
             rows.append((cells, data.command(**this)))
     return header, rows
 
@@ -106,18 +131,21 @@ def repeated(data):
     rows = []
     for r in data.find(experiment="repeated"):
         first = data.find(experiment="convergence", **{c: r[c] for c in ("scene", "program", "count", "seed")})[0]
-        rows.append(([r["scene"], r["program"], first["bits"], r["bits"], "the same" if r["bits"] == first["bits"] else "**different**"], r["command"]))
+        same = "the same" if r["bits"] == first["bits"] else "**different**"
+        rows.append(([r["scene"], r["program"], first["bits"], r["bits"], same], r["command"]))
     return ["scene", "program", "one thread", "two threads", ""], rows
 
 
 # ---- peers, and defaults ----
 
 
+def our_contenders(data):
+    return [p for p in OURS if data.find(experiment="convergence", program=p)]
+
+
 def contenders(data, scene):
     """Experiment and program of all that is compared by time."""
-    ours = ["path", "path exchangeable", "bdpt", "mmlt", "mmlt exchangeable"]
-    ours += ["mmlt thesis"] if data.find(experiment="convergence", scene=scene, program="mmlt thesis") else []
-    return [("convergence", p) for p in ours] + [("peers", p) for p in data.values("program", experiment="peers", scene=scene)]
+    return [("convergence", p) for p in our_contenders(data)] + [("peers", p) for p in data.values("program", experiment="peers", scene=scene)]
 
 
 def peers(data):
@@ -138,7 +166,8 @@ def peers(data):
                 cell = ("~ " if beyond else "") + text(interval)
                 cells.append(f"**{cell}**" if t == TARGETS[0] and interval[0] == least else cell)
         experiment = "peers" if p.startswith("vol") else "convergence"
-        rows.append((cells, "; ".join(data.command(experiment=experiment, scene=s, program=p, count=data.counts(experiment=experiment, scene=s, program=p)[-1]) for s in SCENES)))
+        all_scenes = [{"experiment": experiment, "scene": s, "program": p} for s in SCENES]
+        rows.append((cells, "; ".join(data.command(**w, count=data.counts(**w)[-1]) for w in all_scenes)))
     return header, rows
 
 
@@ -150,18 +179,18 @@ def best_setting(data, scene, integrator=None):
 
 
 def defaults(data):
-    header = ["scene", "best measured", "nothing set : best", f"within {NEAR - 1:.0%}", "nothing set, time to 10 %", "path : path + shifts", "mmlt : mmlt + shifts",
-              f"goal {GOAL} x", "path : nothing set", "z of nothing set"]  # fmt: skip
+    header = ["scene", "best measured", "nothing set : best", f"within {NEAR - 1:.0%}", "nothing set, time to 10 %", "path : path + shifts",
+              "mmlt : mmlt + shifts", f"goal {GOAL} x", "path : nothing set", "z of nothing set"]  # fmt: skip
     rows = []
     for scene in SCENES:
         wanted = {"experiment": "settings", "scene": scene}
         best, nothing = best_setting(data, scene), pair(data, **wanted, program="default")
         over = products(nothing, pair(data, **wanted, program=best))
-        of_paths, of_chains = (products(pair(data, **wanted, program=i), pair(data, **wanted, program=best_shift(data, scene, i))) for i in ("path", "mmlt"))
-        reached = max(of_paths[0], of_chains[0]) >= GOAL
+        gains = [products(pair(data, **wanted, program=i), pair(data, **wanted, program=best_shift(data, scene, i))) for i in ("path", "mmlt")]
+        reached = "yes" if max(g[0] for g in gains) >= GOAL else "no"
         near = "yes" if over[0] <= NEAR else "not told apart" if over[1] <= NEAR else "no"
         seconds, beyond = time_to(data, TARGETS[0], **wanted, program="default")
-        cells = [scene, f"`{best}`", text(over), near, ("~ " if beyond else "") + text(seconds), text(of_paths), text(of_chains), "yes" if reached else "no"]
+        cells = [scene, f"`{best}`", text(over), near, ("~ " if beyond else "") + text(seconds), *map(text, gains), reached]
         cells += [text(products(pair(data, **wanted, program="path"), nothing)), marked(data.cell(**wanted, program="default")["z_reference"])]
         rows.append((cells, f"{data.command(**wanted, program='default')}; best: {data.command(**wanted, program=best)}"))
     return header, rows
@@ -174,7 +203,7 @@ def best_shift(data, scene, integrator):
 
 def where(data):
     """Where time and variance go in each scene: with the best shifts of each sampler, per sample."""
-    header = ["scene", "sampler", "best shifts", "cost of a sample", "variance per sample is less by", "starting up", "error that no tile takes away"]
+    header = ["scene", "sampler", "best shifts", "cost of a sample", "error of a sample less by", "starting up", "error that no tile takes away"]
     rows = []
     for scene in SCENES:
         for integrator in ("path", "mmlt"):
@@ -182,7 +211,8 @@ def where(data):
             best = best_shift(data, scene, integrator)
             plain, this = ({**wanted, "program": p} for p in (integrator, best))
             counts = [data.counts(**w)[0] for w in (plain, this)]
-            squared, seconds = ([data.column(c, **w) * f for w, f in zip((plain, this), scale)] for c, scale in (("relative_mse", counts), ("cpu_seconds", [1 / n for n in counts])))
+            squared = [data.column("relative_mse", **w) * n for w, n in zip((plain, this), counts)]
+            seconds = [data.column("cpu_seconds", **w) / n for w, n in zip((plain, this), counts)]
             cells = [scene, integrator, f"`{best}`", text(ratio(*seconds[::-1])), text(ratio(*squared)), starting_up(data, scene, integrator)]
             rows.append(([*cells, still(data, scene) if integrator == "path" else "–"], data.command(**this)))
     return header, rows
