@@ -21,19 +21,19 @@ import subprocess
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from importlib.metadata import version
 from pathlib import Path
-
-import numpy as np
 
 import figures_page
 import figures_pictures
+import numpy as np
+from figures_files import Copy, Files, load, render_transmittances
 from figures_plan import PEERS, PROCESSORS, SCENES, VARIANTS, make_plan
-from measures import ROOT, bias_and_variance, bias_and_variance_errors, block_scores, errors, reference_at, z_of_pairs, z_of_reference
+from measures import ROOT, bias_and_variance, bias_and_variance_errors, block_scores, errors, z_of_pairs, z_of_reference
 from mitsuba_renders import Mitsuba
 from peers import SEED as MITSUBA_SEED
-from peers import Scene, Volgrad, machine, write_rows
+from peers import Volgrad, machine, write_rows
 
-from images import blocks, read
 from scenes import SCENES as VALIDATED
 
 DATA = ROOT / "experiments" / "figures"
@@ -43,60 +43,6 @@ SETTINGS = ["experiment", "scene", "program", "integrator", "mode", "setting", "
 COLUMNS = [*SETTINGS, "cpu_seconds", *MEASURED, "shifts_per_path", "bits", "command"]
 SPREAD = ["bias2", "bias2_error", "variance", "variance_error"]
 CELL_COLUMNS = [*SETTINGS[:-1], "seeds", *SPREAD, "z_reference", "z_paired", "energy", "blocks_beyond_2"]
-TRANSPARENT = 1e-6  # what a camera ray through no medium may lose
-
-
-# ---- scenes ----
-
-
-class Files:
-    """Scenes in the wanted resolution, references and renders, in a folder."""
-
-    def __init__(self, folder, resolution):
-        self.folder, self.resolution = folder, resolution
-        (folder / "renders").mkdir(parents=True, exist_ok=True)
-
-    def scene(self, name, integrator="volpath", change=lambda text: text):
-        """A copy; of Mitsuba's other integrator, or changed otherwise."""
-        text = (ROOT / "scenes" / f"{name}.xml").read_text()
-        text = re.sub(r'(name="(?:width|height)"\s+value=)"128"', rf'\1"{self.resolution}"', text)
-        text = text.replace('<integrator type="volpath">', f'<integrator type="{integrator}">')
-        text = re.sub(r'(name="filename"\s+value=")', rf"\g<1>{ROOT}/scenes/", text)
-        copy = self.folder / f"{name}-{integrator}{'' if change(text) == text else '-lamps'}.xml"
-        if not copy.exists():
-            copy.write_text(change(text))
-        return copy
-
-    def reference(self, name):
-        image, stderr = Scene(name).reference()
-        outside = blocks(np.repeat(read(self.folder / f"{name}-transmittance.exr").min(2)[..., None], 3, 2), max(1, self.resolution // 128))
-        return reference_at(self.resolution, image, stderr, outside[..., 0] > 1 - TRANSPARENT)
-
-    def image(self, job):
-        return self.folder / "renders" / f"{hashlib.sha256(job.command.encode()).hexdigest()[:16]}.exr"
-
-
-def all_lamps(text):
-    """Every opaque surface and the sky shine with radiance 1: what is seen directly is the transmittance."""
-    lamp = '<emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>'
-    def lit(shape):
-        return shape[0] if re.search('"(interior|exterior)"|<emitter', shape[0]) else shape[0].replace("</shape>", lamp)
-
-    text = re.sub(r'(name="radiance"\s+value=)"[^"]*"', r'\1"1"', text)
-    return re.sub(r"<shape.*?</shape>", lit, text, flags=re.DOTALL)
-
-
-def render_transmittances(files, renderer):
-    for name in SCENES:
-        file = files.scene(name, change=all_lamps)
-        program = Volgrad("", renderer, files.folder, lambda scene, count: f"--max-depth 1 --spp {count}")
-        program.render(ChangedScene(name, file), 4, 0)
-        program.file.rename(files.folder / f"{name}-transmittance.exr")
-
-
-class ChangedScene:
-    def __init__(self, name, file):
-        self.name, self.file = name, file
 
 
 # ---- one render, in a process that has a processor to itself ----
@@ -114,14 +60,15 @@ class Worker:
         if job.program.variant:
             return *self.render_by_mitsuba(job), ""
         program = Volgrad("", self.renderer, self.folder, lambda scene, count: f"--stats {job.options}")
-        image, seconds = program.render(ChangedScene(job.scene, self.files.scene(job.scene)), job.count, job.seed)
+        image, seconds = program.render(Copy(job.scene, self.files.scene(job.scene)), job.count, job.seed)
         program.file.rename(self.files.image(job))
         return image, seconds, shifts_per_path(program.printed) if job.program.integrator == "path" else ""
 
     def render_by_mitsuba(self, job):
         variant = job.program.variant
-        mitsuba = self.mitsubas.setdefault(variant, None) or Mitsuba(variant, self.folder / "home")
-        self.mitsubas[variant] = mitsuba
+        if variant not in self.mitsubas:
+            self.mitsubas[variant] = Mitsuba(variant, self.folder / "home")
+        mitsuba = self.mitsubas[variant]
         file = self.files.scene(job.scene, job.program.integrator)
         cell = job.scene, job.program, job.count
         if variant.startswith("llvm") and cell not in self.compiled:
@@ -197,7 +144,7 @@ def cell_of(job):
 
 
 def cells(jobs, files):
-    """Bias and variance over the seeds; volgrad's images are kept as EXR, Mitsuba's as arrays."""
+    """Bias and variance over the seeds."""
     by_cell, references = {}, {s: files.reference(s) for s in SCENES}
     for j in jobs:
         if j.experiment != "repeated":
@@ -219,10 +166,6 @@ def cells(jobs, files):
         numbers = [bias2, bias2_error, variance, variance_error]
         z = z_of_reference(means, reference, ALLOWANCE[scene])
         yield [*cell, len(images), *(f"{v:.6g}" for v in numbers), f"{z:.2f}", *pairs, f"{beyond:.4f}"]
-
-
-def load(file):
-    return read(file) if file.exists() else np.load(file.with_suffix(".npy")).astype(np.float64)
 
 
 def main():
@@ -254,13 +197,13 @@ def measure(arguments, output):
     done = read_done(table)
     left = [j for j in plan.jobs if key(j) not in done]
     print(f"{len(plan.jobs)} renders, {len(plan.jobs) - len(left)} of them done before", flush=True)
-    about = f"{machine(renderer)}, {arguments.minutes:g} minutes planned, {arguments.resolution} x {arguments.resolution} pixels"
+    about = f"Mitsuba {version('mitsuba')}, {machine(renderer)}, {arguments.minutes:g} minutes planned, {arguments.resolution} x {arguments.resolution} pixels"
     rows = list(done.values())
     write_rows(table, about, COLUMNS, chain_and_keep(rows, measured(left, arguments.processes, files, renderer)))
     done = by_command(rows)
     write_rows(DATA / "renders.csv", about, COLUMNS, (done[key(j)] for j in plan.jobs))
     write_rows(DATA / "cells.csv", about, CELL_COLUMNS, cells(plan.jobs, files))
-    figures_pictures.write(plan.jobs, files, load, DATA)
+    figures_pictures.write(plan.jobs, files, DATA)
 
 
 def chain_and_keep(rows, more):

@@ -1,5 +1,6 @@
 """Pictures of `make figures`: renders beside the references, details, and where they differ."""
 import numpy as np
+from figures_files import load
 from figures_plan import SCENES
 from figures_plots import plt, save
 from measures import BLUR, blur
@@ -16,15 +17,15 @@ DETAIL = 0.17  # of the image, along a side
 class Renders:
     """The images of a plan's jobs."""
 
-    def __init__(self, jobs, files, load):
-        self.jobs, self.files, self.load = jobs, files, load
+    def __init__(self, jobs, files):
+        self.jobs, self.files = jobs, files
 
     def of(self, experiment, scene, program, count=None):
         """By seed; without a count, of the highest."""
         found = [j for j in self.jobs if (j.experiment, j.scene, j.program.name) == (experiment, scene, program)]
         count = count or max(j.count for j in found)
         reference = self.files.reference(scene)
-        return np.array([reference.matched(self.load(self.files.image(j))) for j in found if j.count == count])
+        return np.array([reference.matched(load(self.files.image(j))) for j in found if j.count == count])
 
     def counts(self, experiment, scene, program):
         return sorted({j.count for j in self.jobs if (j.experiment, j.scene, j.program.name) == (experiment, scene, program)})
@@ -130,7 +131,7 @@ def radii(renders, scene="smoke"):
 PICTURES = {"details": details, "counts": counts, "scenes": scenes, "radii": radii}
 
 
-def write(jobs, files, load, folder):
-    renders = Renders(jobs, files, load)
+def write(jobs, files, folder):
+    renders = Renders(jobs, files)
     for name, draw in PICTURES.items():
         save(draw(renders), folder / f"{name}.png")

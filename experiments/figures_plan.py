@@ -92,6 +92,10 @@ class Job:
         return f"volgrad-render scenes/{self.scene}.xml --threads 1 --seed {self.seed} {self.options}"
 
 
+def plain(integrator):
+    return Program(integrator, options="--shift none")
+
+
 def ball(mode, scene, resolution, radius=RADIUS, alpha=None):
     """Of a mode with the thesis' kernel."""
     alpha = ALPHA[mode] if alpha is None else alpha
@@ -154,9 +158,9 @@ def steps(top, rungs):
 def convergence(plan):
     """Figures 21 to 23: every mode of both samplers that have shifts, and the others, at equal counts."""
     for scene in SCENES:
-        plain = [Program(i) for i in ("path", "bdpt", "mmlt")]
+        unshifted = [plain(i) for i in ("path", "bdpt", "mmlt")]
         pairs = [(i, m) for i in ("path", "mmlt") for m in plan.modes if i == "mmlt" or m not in CHAINS_ONLY]
-        programs = plain + [shifted(*pair, scene, plan.resolution) for pair in pairs]
+        programs = unshifted + [shifted(*pair, scene, plan.resolution) for pair in pairs]
         counts = plan.ladder(programs, scene, plan.seconds("convergence", scene))
         for p in programs:
             plan.add("convergence", scene, p, counts)
@@ -174,7 +178,7 @@ def peers(plan):
 def radius(plan):
     """Figure 24, on smoke: of the gradient's estimate, and of one without bias."""
     modes = [m for m in ("thesis", "first_order") if m in plan.modes]
-    programs = [Program("mmlt")]
+    programs = [plain("mmlt")]
     for r in RADII:
         programs += [Program("mmlt", m, f"r {r}", ball(m, "smoke", plan.resolution, r)) for m in modes]
         exchangeable = f"--shift exchangeable --shift-kernel ball --shift-radius {r * FOOTPRINT['smoke'] * 128 / plan.resolution:.4g}"
@@ -188,7 +192,7 @@ def alpha(plan):
     """Figure 25, left, on smoke: a large radius, whose bias shows, and paths, whose noise is small; the thesis' two schedules."""
     choices = [("path", m, ALPHAS) for m in GRADIENT]
     choices += [("mmlt", m, [ALPHA[m]] if m in RESTARTS else [ALPHA[m], 1]) for m in CHAINS_ONLY if m in plan.modes]
-    programs = [Program(i) for i in dict.fromkeys(i for i, _, _ in choices)]
+    programs = [plain(i) for i in dict.fromkeys(i for i, _, _ in choices)]
     programs += [Program(i, m, f"alpha {a}", ball(m, "smoke", plan.resolution, LARGE_RADIUS, a)) for i, m, of_mode in choices for a in of_mode]
     counts = plan.ladder(programs, "smoke", plan.seconds("alpha"))
     for p in programs:
@@ -198,7 +202,7 @@ def alpha(plan):
 def settings(plan):
     """Single vertex against rigid run, how many members, how often; the best of them against what a user gets who sets nothing."""
     tile = "--shift exchangeable --shift-count {} --shift-run {}"
-    programs = [Program(i) for i in ("path", "bdpt", "mmlt")]
+    programs = [plain(i) for i in ("path", "bdpt", "mmlt")]
     programs += [Program("default")] + [Program(i, "exchangeable", "", "--shift exchangeable") for i in ("path", "mmlt")]
     for n, run in [(n, run) for n in (3, 8, 15, 35) for run in (1, 2)] + [(8, 8)]:
         programs.append(Program("path", "exchangeable", f"n {n} run {run}", tile.format(n, run)))
@@ -215,8 +219,9 @@ def surfaces(plan):
         world = SURFACE_RADIUS * FOOTPRINT[scene] * 128 / plan.resolution
         programs = [Program("path", "exchangeable", where, f"--shift exchangeable --shift-kernel disk --shift-radius {r}")
                     for where, r in (("everywhere", f"{SURFACE_RADIUS}px"), ("in media only", f"{world:.4g}"))]
-        counts = plan.ladder([*programs, Program("path")], scene, plan.seconds("surfaces", scene), 1)
-        for p in [*programs, Program("path")]:
+        programs.append(plain("path"))
+        counts = plan.ladder(programs, scene, plan.seconds("surfaces", scene), 1)
+        for p in programs:
             plan.add("surfaces", scene, p, counts)
 
 
