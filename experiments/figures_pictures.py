@@ -45,8 +45,13 @@ def biased(jobs, integrator="mmlt"):
     return next(f"{integrator} {m}" for m in ("thesis", "first_order") if f"{integrator} {m}" in names)
 
 
-def relative(image, reference):
-    return ((image - reference) / (reference + 0.02 * reference.mean())).mean(2)
+def relative(difference, reference):
+    return (difference / (reference + 0.02 * reference.mean())).mean(2)
+
+
+def bias(images, plain, reference):
+    """Of images against others made from the same paths, whose noise they share."""
+    return signed(relative(blur((images - plain).mean(0)), blur(reference)), BIAS_SHOWN)
 
 
 def label(axes, what, limit):
@@ -58,6 +63,7 @@ def details(renders, scene="smoke"):
     reference = renders.files.reference(scene).image
     exposure, size = exposure_of(reference), reference.shape[0]
     programs = ["mmlt", biased(renders.jobs), "mmlt exchangeable"]
+    plain = renders.of("convergence", scene, programs[0])
     figure, axes = grid(3 + len(DETAILS), 1 + len(programs))
     for column, name in zip(axes.T, ["reference", *programs]):
         images = None if name == "reference" else renders.of("convergence", scene, name)
@@ -71,12 +77,11 @@ def details(renders, scene="smoke"):
             axes_of_detail.imshow(tonemap(one[y : y + width, x : x + width], exposure))
             axes_of_detail.spines[:].set(visible=True, color=colour, linewidth=2)
         if images is None:
-            seeds = len(renders.of("convergence", scene, programs[0]))
             label(column[1], "difference of one render\nblue darker, red brighter", DIFFERENCE_SHOWN)
-            label(column[2], f"bias: mean of {seeds} seeds,\nblurred by {BLUR:g} pixels", BIAS_SHOWN)
+            label(column[2], f"bias: mean of {len(plain)} seeds\nless {programs[0]} of the same chains,\nblurred by {BLUR:g} pixels", BIAS_SHOWN)
         else:
-            column[1].imshow(signed(relative(one, reference), DIFFERENCE_SHOWN))
-            column[2].imshow(signed(relative(blur(images.mean(0)), blur(reference)), BIAS_SHOWN))
+            column[1].imshow(signed(relative(one - reference, reference), DIFFERENCE_SHOWN))
+            column[2].imshow(bias(images, plain, reference))
     return figure
 
 
@@ -116,15 +121,16 @@ def radii(renders, scene="smoke"):
     name = biased(renders.jobs)
     settings = [j.program.setting for j in renders.jobs if j.experiment == "radius" and j.program.name.startswith(f"{name} r")]
     settings = list(dict.fromkeys(settings))
+    plain = renders.of("radius", scene, "mmlt")
     figure, axes = grid(2, len(settings) + 1)
     axes[0, -1].imshow(tonemap(reference, exposure_of(reference)))
     axes[0, -1].set_title("reference", fontsize=9)
-    label(axes[1, -1], f"bias: mean of the seeds,\nblurred by {BLUR:g} pixels", BIAS_SHOWN)
+    label(axes[1, -1], f"bias: mean of {len(plain)} seeds\nless mmlt of the same chains,\nblurred by {BLUR:g} pixels", BIAS_SHOWN)
     for column, setting in zip(axes.T, settings):
         images = renders.of("radius", scene, f"{name} {setting}")
         column[0].imshow(tonemap(images[0], exposure_of(reference)))
         column[0].set_title(f"{name}, {setting} px", fontsize=9)
-        column[1].imshow(signed(relative(blur(images.mean(0)), blur(reference)), BIAS_SHOWN))
+        column[1].imshow(bias(images, plain, reference))
     return figure
 
 

@@ -57,11 +57,16 @@ def logarithmic(axes, both=True):
         axes.set_ylim(min(values) / 1.6, max(values) * 1.6)
     if both:
         axes.set_xscale("log")
-    for axis in (axes.xaxis, axes.yaxis)[0 if both else 1 :]:
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_locator(LogLocator(subs=(2, 5)))
-        axis.set_minor_formatter("{x:g}" if np.ptp(np.log10(axis.get_view_interval())) < 2 else NullFormatter())
+        label(axes.xaxis)
+    label(axes.yaxis)
     axes.grid(alpha=0.25, linewidth=0.5)
+
+
+def label(axis):
+    """Of a logarithmic axis: 1, 2, 5, 10 ..."""
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_locator(LogLocator(subs=(2, 5)))
+    axis.set_minor_formatter("{x:g}" if np.ptp(np.log10(axis.get_view_interval())) < 2 else NullFormatter())
 
 
 def legend_below(figure, axes, columns=6):
@@ -142,6 +147,7 @@ def bias(data):
                 draw_parts(axes, y, of_bias, of_noise, COLOUR[m])
             axes.set(title=f"{scene}, {integrator}, {top} per pixel", yticks=range(len(modes)), xscale="log")
             axes.set_yticklabels(reversed(modes) if scene == SCENES[0] else [])
+            label(axes.xaxis)
             axes.grid(alpha=0.25, axis="x")
     figure.supxlabel("relative to the reference, rms over the pixels:  ○ noise of one image   ● bias   ◂ bias below")
     return figure
@@ -228,8 +234,7 @@ def settings(data):
         axes.set(title=scene, xscale="log", yticks=range(len(rows)), xlim=(np.nanmin(gains[:, 0]) / 3, np.nanmax(gains[:, 0]) * 3))
         axes.set_yticklabels([f"{r['integrator']} {r['setting']}" for r in rows] if scene == SCENES[0] else [])
         axes.invert_yaxis()
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        label(axes.xaxis)
         axes.grid(alpha=0.25, axis="x", which="both")
     figure.supxlabel("gain of shifts at equal CPU time")
     return figure
