@@ -27,7 +27,7 @@ def pair(data, **wanted):
 
 def modes(data, integrator):
     """Each mode against the same paths, or mutations, without shifts."""
-    header = ["scene", "mode", "gain, equal samples", "cost", "gain, equal time", "the same, blurred", "FLIP : without", *QUALITY]
+    header = ["scene", "mode", "gain, equal samples", "cost", "gain, equal time", "the same, blurred", "FLIP : without", "slope", *QUALITY]
     rows = []
     for scene in SCENES:
         wanted = {"experiment": "convergence", "scene": scene, "integrator": integrator}
@@ -35,7 +35,8 @@ def modes(data, integrator):
         plain = {"count": top, "mode": "none", **wanted}
         for m in [m for m in ["none", *MODES] if data.find(**wanted, mode=m)]:
             this = {"count": top, "mode": m, **wanted}
-            cells = [scene, f"`{m}`", *gains(data, plain, this), *quality(data.cell(**this))]
+            slope = fitted_slope(data, **wanted, mode=m)
+            cells = [scene, f"`{m}`", *gains(data, plain, this), slope, *quality(data.cell(**this))]
             rows.append((cells, data.command(**this)))
     return header, rows
 
@@ -48,6 +49,15 @@ def gains(data, plain, this):
     equal_time = products(pair(data, **plain), pair(data, **this))
     after_blur = products([blurred[0], seconds[0]], [blurred[1], seconds[1]])
     return [text(ratio(*squared)), text(ratio(*seconds[::-1])), text(equal_time), text(after_blur), text(ratio(*flips[::-1]))]
+
+
+def fitted_slope(data, **wanted):
+    """Exponent of the samples that RMSE goes by: -0.5 without bias."""
+    counts = data.counts(**wanted)
+    squared = [data.column("relative_mse", **wanted, count=c).mean() for c in counts]
+    if len(counts) < 2 or min(squared) <= 0:
+        return "–"
+    return f"{np.polynomial.Polynomial.fit(np.log(counts), np.log(squared) / 2, 1).convert().coef[1]:.2f}"
 
 
 def quality(cell):
