@@ -5,8 +5,9 @@ down at once, so that a run that was stopped goes on where it was, as long as th
 
     experiments/figures/renders.csv    a line per render: command, seed, CPU-seconds, errors, a hash of its bits
     experiments/figures/cells.csv      a line per program, scene and count, over its seeds: bias, variance, z
-    experiments/figures/*.png          the plots (figures_plots.py) and pictures (figures_pictures.py)
-    build/figures/figures.html         the page with all of it, in one file (figures_page.py), and two plots and a table in README.md
+    build/figures/*.png                plots (figures_plots.py) and pictures (figures_pictures.py)
+    build/figures/figures.html         the page with all of it, in one file (figures_page.py)
+    README.md                          two of the plots, which are copied into experiments/figures, and tables
 
 CPU-seconds are user + system time: of volgrad-render's whole process, of Mitsuba's render call alone.
 Errors: measures.py. At other resolutions than the references' 128 x 128 the finer of the two images is averaged over blocks.
@@ -22,6 +23,7 @@ import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
+from multiprocessing.util import Finalize
 from pathlib import Path
 
 import figures_page
@@ -78,6 +80,10 @@ class Worker:
         np.save(self.files.image(job).with_suffix(".npy"), image.astype(np.float32))
         return image, seconds
 
+    def close(self):
+        for mitsuba in self.mitsubas.values():
+            mitsuba.close()
+
     def row(self, job):
         image, seconds, shifts = self.render(job)
         found = errors(image, self.references[job.scene])
@@ -100,6 +106,7 @@ def start_worker(numbers, files, renderer):
     available = sorted(os.sched_getaffinity(0))
     os.sched_setaffinity(0, {available[number % len(available)]})
     _worker = Worker(files, renderer, files.folder / f"worker-{number}")
+    Finalize(None, _worker.close, exitpriority=100)  # before the queues to them close, at 10
 
 
 def work(job):
@@ -180,7 +187,7 @@ def main():
     output = Path(arguments.output).resolve()
     if not arguments.report:
         measure(arguments, output)
-    figures_page.write(DATA, output / "figures.html")
+    figures_page.write(DATA, output)
 
 
 def measure(arguments, output):
@@ -203,7 +210,7 @@ def measure(arguments, output):
     done = by_command(rows)
     write_rows(DATA / "renders.csv", about, COLUMNS, (done[key(j)] for j in plan.jobs))
     write_rows(DATA / "cells.csv", about, CELL_COLUMNS, cells(plan.jobs, files))
-    figures_pictures.write(plan.jobs, files, DATA)
+    figures_pictures.write(plan.jobs, files, output)
 
 
 def chain_and_keep(rows, more):
@@ -217,11 +224,13 @@ def chain_and_keep(rows, more):
 
 def usable_variants(files):
     for variant in VARIANTS:
+        mitsuba = Mitsuba(variant, files.folder / "home")
         try:
-            Mitsuba(variant, files.folder / "home").render(files.scene("smoke"), 1, 0)
+            mitsuba.render(files.scene("smoke"), 1, 0)
             yield variant
         except BrokenProcessPool:
             print(f"Mitsuba {variant} does not run here, left out (llvm variants need libLLVM, of Debian's libllvm19 for example)", flush=True)
+        mitsuba.close()
 
 
 def help_of(renderer):

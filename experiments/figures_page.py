@@ -1,6 +1,7 @@
 """The page of `make figures`: plots, pictures and tables in one HTML file, which needs no network; and README.md's part of them."""
 import base64
 import html
+import shutil
 
 import figures_plots as plots
 import figures_tables as tables
@@ -35,6 +36,8 @@ def draw_all(data):
 
 
 def picture(folder, name, caption):
+    if not (folder / f"{name}.png").exists():
+        return paragraph(f"{caption} (Not drawn: the renders are not here.)")
     bits = base64.b64encode((folder / f"{name}.png").read_bytes()).decode()
     text = html.escape(caption)
     return f'<figure><img src="data:image/png;base64,{bits}" alt="{text}"><figcaption>{text}</figcaption></figure>'
@@ -155,11 +158,15 @@ def readme_text(data):
     return README.format(about=data.about, claims=markdown(*claims), peers=markdown(*peers))
 
 
-def write(folder, page):
-    data = Data(folder)
+def write(tables_folder, output):
+    """output: the folder of the page, of plots, and of pictures that are there."""
+    data = Data(tables_folder)
+    output.mkdir(parents=True, exist_ok=True)
     for name, figure in draw_all(data).items():
-        plots.save(figure, folder / f"{name}.png")
-    page.parent.mkdir(parents=True, exist_ok=True)
-    page.write_text(page_text(data, folder))
+        plots.save(figure, output / f"{name}.png")
+    for name in README_PLOTS:
+        shutil.copy(output / f"{name}.png", tables_folder)
+    page = output / "figures.html"
+    page.write_text(page_text(data, output))
     replace_between_markers(ROOT / "README.md", "figures", readme_text(data))
     print(f"written: {page}")

@@ -43,7 +43,7 @@ SHIFTED = 2.5  # times the cost of a sample without shifts
 SHARES = {"convergence": 0.46, "peers": 0.14, "settings": 0.20, "radius": 0.04, "alpha": 0.06, "surfaces": 0.02}
 WEIGHT = {"smoke": 0.8, "room": 1.4, "cloud": 0.8, "caustic": 1.0}  # of a scene, relative to the mean
 PROCESSORS = 2
-SEEDS, FEW_SEEDS, LONG = 5, 2, 15  # few for a look, in less than LONG minutes
+SEEDS, FEW_SEEDS, LONG = 5, 3, 15  # few for a look, in less than LONG minutes
 RUNGS, STEP = 3, 3  # of the ladder of sample counts: N/9, N/3, N
 FIRST_SEED = 1000  # others than those of peers.py, chains.py and of trials; Mitsuba's references were made with 0, 1, 2 ...
 
