@@ -6,6 +6,7 @@
 //! | is a joined path prepared for shifting like any other sampler's? | [`shiftable`] |
 //! | right from the first mutation on, whatever the bootstrap? | [`start`] |
 //! | are techniques tried as often as was learned? | [`techniques`] |
+//! | is a subpath that a mutation does not change still the right one? | [`kept`] |
 //! | which numbers make a path? | [`inverse`] |
 //! | the same bits however calls are divided? | [`determinism`] |
 //! | what if a callback stops? | [`stops`] |
@@ -23,6 +24,7 @@ mod allocation;
 mod chains;
 mod determinism;
 mod inverse;
+mod kept;
 mod robustness;
 mod shiftable;
 mod start;

@@ -4,16 +4,16 @@
 //! large steps, whose samples are independent, count as such too, by the balance heuristic [KSKAC02].
 
 use super::bootstrap::{self, Numbers, Start};
-use super::numbers::{capacity, step};
-use super::path::{Scratch, make, target};
+use super::numbers::{Change, capacity, step};
+use super::path::{remake, target};
+use super::room::{Room, Sample};
 use super::techniques::{Shares, Techniques};
 use crate::film::Film;
-use crate::math::{Colour, DVec2};
 use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{ChainNumbers, chain_shift_numbers};
 use crate::scene::{Queries, Scene, Stop};
-use crate::shift::{self, Draw, Shiftable, Tile};
+use crate::shift::{self, Draw, Tile};
 
 /// How chains move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,47 +81,6 @@ const FIRST_GAIN: f64 = 2.0;
 const GAIN_DECAY: f64 = 1.0 / 8.0;
 const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=0.5;
 
-/// A path of the chain, ready to be splatted.
-struct Sample {
-    target: f64,
-    pixel: DVec2,
-    /// w·f/p over the density of this path among a chain's samples: what it is worth each time that it comes.
-    value: Colour,
-    /// What it is worth as a large step's sample, over that.
-    large: f64,
-    /// The mutation that made it, and what can move of it.
-    born: u64,
-    shiftable: Option<Shiftable>,
-    moves: bool,
-}
-
-impl Default for Sample {
-    fn default() -> Self {
-        Self { target: 0.0, pixel: DVec2::ZERO, value: Colour::ZERO, large: 0.0, born: 0, shiftable: None, moves: false }
-    }
-}
-
-/// Room for the work on one mutation after another.
-struct Room<'a> {
-    paths: Scratch<'a>,
-    numbers: Numbers,
-    current: Sample,
-    proposal: Sample,
-    batch: shift::Scratch,
-}
-
-impl Default for Room<'_> {
-    fn default() -> Self {
-        Self {
-            paths: Scratch::default(),
-            numbers: [0.0; capacity(MAX_LENGTH)],
-            current: Sample::default(),
-            proposal: Sample::default(),
-            batch: shift::Scratch::default(),
-        }
-    }
-}
-
 impl State {
     /// Chain number `index`. `numbers` has room for [`capacity`] of its length. None: the start is not one of these samples.
     pub fn new(options: &Options, techniques: &Techniques, index: u32, start: Start, numbers: &mut [f64]) -> Option<Self> {
@@ -154,6 +113,7 @@ struct Decision {
     dark: bool,
     dropped: bool,
     technique: Technique,
+    change: Change,
     random: ChainNumbers,
 }
 
@@ -200,10 +160,11 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             let decision = self.decide(state, numbers, &mut room, stats)?;
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
             // the first splat: nothing has changed then.
-            let stay = state.pending + worth(&room.current) * (1.0 - decision.acceptance);
-            let come = worth(&room.proposal) * (decision.acceptance + if decision.large { room.proposal.large } else { 0.0 });
-            let (left, due) = if decision.accepted { (&room.current, stay) } else { (&room.proposal, come) };
-            self.splat(state, left, due, &mut room.batch, film, stats)?;
+            let stay = state.pending + worth(room.sample.get(false)) * (1.0 - decision.acceptance);
+            let proposal = room.sample.get(true);
+            let come = worth(proposal) * (decision.acceptance + if decision.large { proposal.large } else { 0.0 });
+            let (left, due) = if decision.accepted { (Change::NONE, stay) } else { (decision.change, come) };
+            self.splat(state, left, due, &mut room, film, stats)?;
             state.pending = if decision.accepted { come } else { stay };
             state.mutations += 1;
             chain_stats.count(&decision);
@@ -218,30 +179,35 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             return Ok(());
         }
         let mut room = self.begin(state, numbers, stats)?;
-        self.splat(state, &room.current, state.pending, &mut room.batch, film, stats)
+        self.splat(state, Change::NONE, state.pending, &mut room, film, stats)
     }
 
     /// At the path of the chain's numbers.
     fn begin(&self, state: &State, numbers: &[f64], stats: &mut Stats) -> Result<Room<'a>, Stop> {
         let mut room = Room::default();
-        let numbers = numbers.get(..state.technique.numbers()).unwrap_or(&[]);
-        self.sample(state, state.technique, numbers, &mut room.paths, &mut room.current, stats)?;
-        room.current.born = state.born;
+        room.numbers.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
+        self.sample(state, state.technique, Change::BOTH, &mut room, stats)?;
+        room.sample.get(true).born = state.born;
+        room.accept(Change::BOTH);
         Ok(room)
     }
 
-    /// Evaluates a technique at some numbers.
+    /// Makes the path of the room's numbers, which differ from the chain's by `change`.
     fn sample(
         &self,
         state: &State,
         technique: Technique,
-        numbers: &[f64],
-        paths: &mut Scratch<'a>,
-        sample: &mut Sample,
+        change: Change,
+        room: &mut Room<'a>,
         stats: &mut Stats,
     ) -> Result<(), Stop> {
+        let Room { camera, light, sample, numbers, .. } = room;
+        let (camera, light, sample) = (camera.get(change.camera), light.get(change.light), sample.get(true));
+        let numbers = numbers.get(..technique.numbers()).unwrap_or(&[]);
         (sample.target, sample.moves) = (0.0, false);
-        let Some(path) = make(self.scene, self.queries, technique, numbers, paths, stats)? else { return Ok(()) };
+        let Some(path) = remake(self.scene, self.queries, technique, numbers, change, camera, light, stats)? else {
+            return Ok(());
+        };
         let Start { share, brightness, others, .. } = state.start;
         let probability = state.shares.of_technique(technique);
         let target = target(&path) / probability;
@@ -253,13 +219,12 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         // sum to 1 in the mean over bootstraps.
         let density = |b: f64| target / brightness + self.options.large_step * b / brightness;
         let value = path.value * (path.weight * share / (probability * density(others.into())));
-        (sample.target, sample.pixel, sample.value) = (target, path.pixel, value);
+        sample.target = target;
         sample.large = density(others.into()) / density(brightness);
+        let connection = sample.connection.insert(Connection { value, weight: 1.0, ..path });
         if let Some(options) = &self.options.shift {
-            let connection = Connection { value, weight: 1.0, ..path };
-            let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
-            let joined = Joined { scene: self.scene, camera, light, connection: &connection };
-            sample.moves = joined.prepare(self.queries, options, &mut sample.shiftable)?;
+            let (camera, light) = (camera.vertices(), light.vertices());
+            sample.moves = Joined { scene: self.scene, camera, light, connection }.moves(options);
         }
         Ok(())
     }
@@ -270,45 +235,60 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let large = random.next() < self.options.large_step;
         let technique =
             if large { state.shares.technique(state.start.length as usize, random.next()) } else { state.technique };
-        let count = technique.numbers();
+        let change = if large { Change::BOTH } else { Change::small(technique, random.next()) };
         let size = state.step * libm::exp(-STEP_RANGE * random.next());
-        for (to, from) in room.numbers.iter_mut().zip(numbers).take(count) {
-            *to = if large { random.next() } else { step(*from, size, &mut || random.next()) };
+        let changed = change.numbers(technique);
+        for (i, (to, from)) in room.numbers.iter_mut().zip(numbers).take(technique.numbers()).enumerate() {
+            *to = match changed.contains(&i) {
+                true if large => random.next(),
+                true => step(*from, size, &mut || random.next()),
+                false => *from,
+            };
         }
-        let made = room.numbers.get(..count).unwrap_or(&[]);
-        self.sample(state, technique, made, &mut room.paths, &mut room.proposal, stats)?;
-        room.proposal.born = state.mutations + 1;
-        let (target, current) = (room.proposal.target, room.current.target);
+        self.sample(state, technique, change, room, stats)?;
+        let current = room.sample.get(false).target;
+        let proposal = room.sample.get(true);
+        proposal.born = state.mutations + 1;
+        let target = proposal.target;
         let acceptance = if target > 0.0 && current > 0.0 { (target / current).min(1.0) } else { f64::from(target > 0.0) };
         let accepted = random.next() < acceptance;
         let (dark, dropped) = (target == 0.0, target.is_nan());
-        Ok(Decision { large, acceptance, accepted, dark, dropped, technique, random })
+        Ok(Decision { large, acceptance, accepted, dark, dropped, technique, change, random })
     }
 
     fn make(&self, decision: Decision, state: &mut State, numbers: &mut [f64], room: &mut Room<'a>) {
         state.random = decision.random;
         if decision.accepted {
             state.technique = decision.technique;
-            state.born = room.proposal.born;
+            state.born = room.sample.get(true).born;
             numbers.iter_mut().zip(&room.numbers).take(decision.technique.numbers()).for_each(|(to, from)| *to = *from);
-            core::mem::swap(&mut room.current, &mut room.proposal);
+            room.accept(decision.change);
         }
     }
 
+    /// Splats the path that differs from the chain's by `change`.
     fn splat(
         &self,
         state: &State,
-        sample: &Sample,
+        change: Change,
         due: f64,
-        batch: &mut shift::Scratch,
+        room: &mut Room<'a>,
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Stop> {
-        if !(due > 0.0 && sample.target > 0.0) {
-            return Ok(());
-        }
-        let (Some(options), Some(path)) = (&self.options.shift, sample.shiftable.as_ref().filter(|_| sample.moves)) else {
-            film.add(sample.pixel, sample.value * due);
+        let Room { camera, light, sample, shiftable, batch, .. } = room;
+        let sample = sample.get(change != Change::NONE);
+        let Some(connection) = sample.connection.as_ref().filter(|_| due > 0.0 && sample.target > 0.0) else { return Ok(()) };
+        let (camera, light) = (camera.get(change.camera).vertices(), light.get(change.light).vertices());
+        let joined = Joined { scene: self.scene, camera, light, connection };
+        let moving = match &self.options.shift {
+            Some(options) if sample.moves && joined.prepare(self.queries, options, shiftable)? => {
+                Some(options).zip(shiftable.as_ref())
+            }
+            _ => None,
+        };
+        let Some((options, path)) = moving else {
+            film.add(connection.pixel, connection.value * due);
             return Ok(());
         };
         let options = options.after(sample.born as f64 * f64::from(state.start.chains));

@@ -2,6 +2,7 @@
 
 use crate::sampler::bidirectional::Technique;
 use crate::sampler::primary::{PrimarySample, SLOTS, Slot, VertexNumbers};
+use core::ops::Range;
 
 /// Numbers per vertex of a subpath, and of a light's first vertex.
 const PER_VERTEX: usize = 4;
@@ -30,6 +31,36 @@ impl Technique {
     pub fn split(self, numbers: &[f64]) -> (SubpathNumbers<'_>, SubpathNumbers<'_>) {
         let (camera, light) = numbers.split_at(self.camera_numbers().min(numbers.len()));
         (SubpathNumbers { first: &CAMERA_SLOTS, numbers: camera }, SubpathNumbers { first: &LIGHT_SLOTS, numbers: light })
+    }
+}
+
+/// The subpaths whose numbers a mutation changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    pub camera: bool,
+    pub light: bool,
+}
+
+/// How often a small step changes the camera's subpath, where it changes one of two: that moves the path over the image, which is what most of
+/// the noise comes from.
+const CAMERA_SHARE: f64 = 0.9;
+
+impl Change {
+    pub const NONE: Self = Self { camera: false, light: false };
+    pub const BOTH: Self = Self { camera: true, light: true };
+
+    /// What a small step changes: one of two subpaths, and the other need not be made again. A camera's single vertex takes no time.
+    pub fn small(technique: Technique, u: f64) -> Self {
+        if technique.camera == 1 || technique.light == 0 {
+            return Self::BOTH;
+        }
+        Self { camera: u < CAMERA_SHARE, light: u >= CAMERA_SHARE }
+    }
+
+    /// The numbers that change.
+    pub fn numbers(self, technique: Technique) -> Range<usize> {
+        let middle = technique.camera_numbers();
+        (if self.camera { 0 } else { middle })..(if self.light { technique.numbers() } else { middle })
     }
 }
 
