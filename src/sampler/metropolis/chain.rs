@@ -4,7 +4,7 @@
 //! large steps, whose samples are independent, count as such too, by the balance heuristic [KSKAC02].
 
 use super::bootstrap::{self, Numbers, Start};
-use super::numbers::{Change, capacity, step};
+use super::numbers::{Change, LARGEST_STEP, capacity, step};
 use super::path::{remake, target};
 use super::room::{Room, Sample};
 use super::techniques::{Shares, Techniques};
@@ -79,7 +79,7 @@ const STEP_RANGE: f64 = 4.0;
 /// How fast the size adapts: by this much at first, by half after so many mutations.
 const FIRST_GAIN: f64 = 2.0;
 const GAIN_DECAY: f64 = 1.0 / 8.0;
-const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=0.5;
+const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=LARGEST_STEP;
 
 impl State {
     /// Chain number `index`. `numbers` has room for [`capacity`] of its length. None: the start is not one of these samples.
@@ -237,13 +237,9 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             if large { state.shares.technique(state.start.length as usize, random.next()) } else { state.technique };
         let change = if large { Change::BOTH } else { Change::small(technique, random.next()) };
         let size = state.step * libm::exp(-STEP_RANGE * random.next());
-        let changed = change.numbers(technique);
-        for (i, (to, from)) in room.numbers.iter_mut().zip(numbers).take(technique.numbers()).enumerate() {
-            *to = match changed.contains(&i) {
-                true if large => random.next(),
-                true => step(*from, size, &mut || random.next()),
-                false => *from,
-            };
+        room.numbers.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
+        for number in room.numbers.get_mut(change.numbers(technique)).unwrap_or(&mut []) {
+            *number = if large { random.next() } else { step(*number, size, &mut || random.next()) };
         }
         self.sample(state, technique, change, room, stats)?;
         let current = room.sample.get(false).target;

@@ -82,10 +82,21 @@ impl PrimarySample for SubpathNumbers<'_> {
     }
 }
 
-/// A small step of a number on the circle (0, 1): the sum of two uniform ones, of standard deviation `size`.
+/// Largest standard deviation of a small step.
+pub const LARGEST_STEP: f64 = 0.2;
+
+/// A small step of a number on the circle (0, 1): the sum of two uniform ones, of standard deviation `size`, at most [`LARGEST_STEP`].
 pub fn step(number: f64, size: f64, random: &mut impl FnMut() -> f64) -> f64 {
     const UNIT: f64 = 2.449_489_742_783_178; // √6
+    const { assert!(LARGEST_STEP * UNIT < 1.0) };
     let moved = number + size * UNIT * (random() + random() - 1.0);
-    let wrapped = moved - libm::floor(moved);
+    let wrapped = moved
+        + if moved < 0.0 {
+            1.0
+        } else if moved > 1.0 {
+            -1.0
+        } else {
+            0.0
+        };
     if wrapped > 0.0 && wrapped < 1.0 { wrapped } else { number }
 }
