@@ -90,13 +90,6 @@ pub fn step(number: f64, size: f64, random: &mut impl FnMut() -> f64) -> f64 {
     const UNIT: f64 = 2.449_489_742_783_178; // √6
     const { assert!(LARGEST_STEP * UNIT < 1.0) };
     let moved = number + size * UNIT * (random() + random() - 1.0);
-    let wrapped = moved
-        + if moved < 0.0 {
-            1.0
-        } else if moved > 1.0 {
-            -1.0
-        } else {
-            0.0
-        };
+    let wrapped = moved + f64::from(moved < 0.0) - f64::from(moved > 1.0);
     if wrapped > 0.0 && wrapped < 1.0 { wrapped } else { number }
 }
