@@ -23,6 +23,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// Largest standard deviation of a small step.
+#define LARGEST_STEP 0.2
+
 // Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 #define VOLGRAD_MAX_SEGMENTS 16
 
@@ -219,6 +222,9 @@ typedef enum volgrad_status volgrad_status;
 typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+// The subpaths whose numbers a mutation changes.
+typedef struct Change Change;
 
 // A shifted copy of the path.
 typedef struct Member Member;
@@ -836,6 +842,10 @@ typedef struct volgrad_transmittance_estimate {
   // Points at which a density was computed.
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
+
+
+
+
 
 
 
