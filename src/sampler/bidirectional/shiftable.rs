@@ -71,9 +71,10 @@ impl<'a> Joined<'_, 'a> {
         }
     }
 
-    /// Whether its first vertex may move. That depends on the path alone, not on the technique.
+    /// Whether batches move its first vertex. That depends on the path alone, not on the technique.
     pub fn moves(&self, options: &shift::Options) -> bool {
-        self.run(options).is_some()
+        let on_surface = matches!(self.vertex(1).kind, Kind::Surface { .. });
+        (options.moves_surfaces() || !on_surface) && self.run(options).is_some()
     }
 
     /// Prepares it, with the weight that the connection says, in the place of another one. False: its first vertex may not move.
@@ -122,7 +123,7 @@ impl<'a> Joined<'_, 'a> {
                     length += 1;
                 }
             }
-            Kind::Surface { bsdf, .. } if options.moves_surfaces() && !bsdf.is_specular() && !bsdf.transmits() => {}
+            Kind::Surface { bsdf, .. } if !bsdf.is_specular() && !bsdf.transmits() => {}
             _ => return None,
         }
         if self.connects(length + 1) {
