@@ -8,6 +8,8 @@
 #   make bench      times line integrals, paths and shifts, writes tables in README.md and demo/costs.png; BENCH_FLAGS=--quick for a look
 #   make peers      measures whole renders beside Mitsuba 3 for half an hour (MINUTES=28), writes the table in README.md
 #   make chains     measures Metropolis chains with and without shifts for a few minutes, writes the table in README.md
+#   make figures    the thesis' figures again and beyond, for forty minutes on two cores: build/figures/figures.html and README.md's part;
+#                   TIME=minutes, RES=pixels (128 divided or multiplied by a whole number); goes on where it was stopped
 #   make header     writes include/volgrad.h anew
 #
 # CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
@@ -32,7 +34,7 @@ HOST := $(wildcard examples_c/render/*.c)
 HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
 OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
 
-.PHONY: all deps demo test validate bench peers chains header clean test-rust test-c test-cli test-scenes FORCE
+.PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-cli test-scenes FORCE
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER)
@@ -120,6 +122,14 @@ peers: deps $(PEERS_VENV)/ready
 chains: deps $(PEERS_VENV)/ready
 	$(MAKE) $(RENDER)
 	$(PEERS_VENV)/bin/python experiments/chains.py --render $(RENDER) --output $(BUILD)/chains
+
+TIME ?= 40
+RES ?= 128
+
+figures: deps $(PEERS_VENV)/ready
+	$(MAKE) $(RENDER)
+	$(PEERS_VENV)/bin/python experiments/measures_test.py
+	$(PEERS_VENV)/bin/python experiments/figures.py --render $(RENDER) --output $(BUILD)/figures --minutes $(TIME) --resolution $(RES)
 
 $(PEERS_VENV)/ready: experiments/requirements.txt requirements.txt | $(BUILD)
 	$(PYTHON) -m venv $(PEERS_VENV)

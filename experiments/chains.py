@@ -16,8 +16,10 @@ import re
 from pathlib import Path
 
 import numpy as np
+from measures import interval_of_log, student
 from peers import CHAIN_SHIFTS, Scene, Volgrad, machine, write_rows
-from peers_report import ROOT, SCENES, STUDENT, interval_of_log, markdown, replace_between_markers, shown
+from peers_report import ROOT, SCENES
+from tables import markdown, replace_between_markers, shown
 
 from images import relative_mse
 
@@ -81,7 +83,7 @@ class Measurements:
 
 def spread(values, scale=1, digits=1):
     """Mean and 95 % interval of a normal distribution's mean."""
-    reach = STUDENT[len(values)] * values.std(ddof=1) / np.sqrt(len(values))
+    reach = student(len(values)) * values.std(ddof=1) / np.sqrt(len(values))
     return f"{scale * values.mean():.{digits}f} ± {scale * reach:.{digits}f}"
 
 

@@ -62,3 +62,6 @@ class Mitsuba:
     def render(self, scene_file, spp, seed):
         """The image, linear RGB, and the CPU-seconds. The integrator is the scene's, volpath."""
         return self.pool.submit(_render, scene_file, spp, seed).result()
+
+    def close(self):
+        self.pool.shutdown()

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
+from measures import interval_of_log, jackknife, mean, ratio, student
+from tables import markdown, replace_between_markers, shown
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -16,7 +18,6 @@ from matplotlib.ticker import LogLocator  # noqa: E402
 ROOT = Path(__file__).resolve().parents[1]
 
 ROUNDS = 8
-STUDENT = {5: 2.776, 8: 2.365}  # by rounds: 97.5 % quantile of Student's t with one degree of freedom less
 TARGET = 0.1  # relative RMSE
 COLUMNS = ["scene", "program", "length", "round", "spp", "cpu_seconds", "relative_mse", "image_mean"]
 SCENES = ["smoke", "room", "cloud", "caustic"]
@@ -58,27 +59,6 @@ class Measurements:
         return min((p for p in self.programs if (p in OURS) == ours), key=lambda p: self.cost(scene, p).mean())
 
 
-def jackknife(statistic, *columns):
-    """A statistic of the columns' means, and its standard error."""
-    rounds = len(columns[0])
-    without_one = np.array([statistic(*(np.delete(c, i).mean() for c in columns)) for i in range(rounds)])
-    return statistic(*(c.mean() for c in columns)), np.sqrt((rounds - 1) * without_one.var())
-
-
-def interval_of_log(statistic, *columns):
-    value, error = jackknife(lambda *means: np.log(statistic(*means)), *columns)
-    reach = STUDENT[len(columns[0])] * error
-    return np.exp([value, value - reach, value + reach])
-
-
-def mean(column):
-    return interval_of_log(lambda x: x, column)
-
-
-def ratio(above, below):
-    return interval_of_log(lambda x, y: x / y, above, below)
-
-
 # ---- the part that can be shifted ----
 
 
@@ -102,19 +82,10 @@ def movable(m, scene):
         left = still(*means[:3])
         return (1 - left) / (means[tile] / means[0] - left) * means[3] / means[4]
 
-    return shown(*interval_of_log(gain, *errors, *times)), f"{share:.0%} ± {STUDENT[ROUNDS] * error:.0%}"
+    return shown(*interval_of_log(gain, *errors, *times)), f"{share:.0%} ± {student(ROUNDS) * error:.0%}"
 
 
 # ---- tables ----
-
-
-def shown(value, low, high):
-    digits = max(0, int(2 - np.floor(np.log10(value))) - 1)  # two that count
-    return f"{value:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"
-
-
-def markdown(header, rows):
-    return "\n".join("| " + " | ".join(r) + " |" for r in [header, ["---"] * len(header), *rows])
 
 
 def readme_row(m, scene):
@@ -218,12 +189,6 @@ def draw(m, path):
 
 
 # ---- files ----
-
-
-def replace_between_markers(path, name, text):
-    begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
-    before, rest = path.read_text().split(begin)
-    path.write_text(f"{before}{begin}\n{text}\n{end}{rest.split(end)[1]}")
 
 
 def write(table):

@@ -23,10 +23,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Most vertices of a light's subpath: each gives the camera subpath's x_2 a direction of its own to scatter in, beside that in which it
-// goes on.
-#define MOST_LIGHT_VERTICES (MAX_WINGS - 1)
-
 // Most media that one ray or edge may cross, and so the capacity of `volgrad_hit.segments`.
 #define VOLGRAD_MAX_SEGMENTS 16
 
@@ -223,6 +219,9 @@ typedef enum volgrad_status volgrad_status;
 typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+// The subpaths whose numbers a mutation changes.
+typedef struct Change Change;
 
 // A shifted copy of the path.
 typedef struct Member Member;
@@ -853,6 +852,10 @@ typedef struct volgrad_transmittance_estimate {
   // Points at which a density was computed.
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
+
+
+
+
 
 
 

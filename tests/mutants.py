@@ -580,8 +580,8 @@ MUTANTS = [
     Mutant(
         "metropolis: a flush forgets what is due",
         "src/sampler/metropolis/chain.rs",
-        "self.splat(state, &room.current, (state.technique, numbers), state.pending, &mut room.batch, film, stats)",
-        "self.splat(state, &room.current, (state.technique, numbers), 0.0, &mut room.batch, film, stats)",
+        "self.splat(state, Change::NONE, state.pending, &mut room, film, stats)",
+        "self.splat(state, Change::NONE, 0.0, &mut room, film, stats)",
         "metropolis three_mutations_without_burn_in",
     ),
     Mutant(
@@ -615,7 +615,7 @@ MUTANTS = [
     Mutant(
         "metropolis: large steps do not count as samples",
         "src/sampler/metropolis/chain.rs",
-        "+ if decision.large { room.proposal.large } else { 0.0 }",
+        "+ if decision.large { proposal.large } else { 0.0 }",
         "+ 0.0",
         "metropolis a_chain_that_hardly_leaves_its_start",
     ),
@@ -664,9 +664,30 @@ MUTANTS = [
     Mutant(
         "metropolis: a stopped mutation has been counted",
         "src/sampler/metropolis/chain.rs",
-        "self.splat(state, left, made, due, &mut room.batch, film, stats)?;",
-        "state.mutations += 1; self.splat(state, left, made, due, &mut room.batch, film, stats)?; state.mutations -= 1;",
+        "self.splat(state, left, due, &mut room, film, stats)?;",
+        "state.mutations += 1; self.splat(state, left, due, &mut room, film, stats)?; state.mutations -= 1;",
         "metropolis at_any_call",
+    ),
+    Mutant(
+        "metropolis: the subpath that an accepted mutation made is not kept",
+        "src/sampler/metropolis/room.rs",
+        "self.light.traded ^= change.light;",
+        "",
+        "metropolis any_division_into_calls",
+    ),
+    Mutant(
+        "metropolis: a number of the subpath that is kept changes",
+        "src/sampler/metropolis/numbers.rs",
+        "let middle = technique.camera_numbers();",
+        "let middle = technique.camera_numbers() + 1;",
+        "metropolis paths_are_those_of_their_numbers",
+    ),
+    Mutant(
+        "metropolis: a batch of the wrong one of two paths",
+        "src/sampler/metropolis/chain.rs",
+        "(camera.get(change.camera).vertices(), light.get(change.light).vertices())",
+        "(camera.get(false).vertices(), light.get(false).vertices())",
+        "metropolis under_area_lights",
     ),
     Mutant(
         "metropolis: a direction's numbers are swapped in the inverse",

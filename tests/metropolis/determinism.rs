@@ -2,11 +2,13 @@
 //! whether it was looked at, or stored, on the way.
 
 use crate::chains::{Chain, Chains, Picture, Setup};
-use crate::toy::scenes::{World, edges_under_area_lights};
+use crate::toy::scenes::{World, camera, edges_under_area_lights, rectangle};
 use crate::{THESIS, unbiased_shifts};
+use volgrad::math::Colour;
 use volgrad::sampler::Lengths;
 use volgrad::sampler::bidirectional::thesis;
-use volgrad::shift;
+use volgrad::scene::Bsdf;
+use volgrad::shift::{self, Kernel, Mode};
 
 const MUTATIONS: u64 = 60;
 
@@ -124,4 +126,24 @@ fn threads_and_merged_films() {
         even.film().merge(&odd.cells, odd.dropped);
         assert!(even.cells == whole.cells && even.dropped == whole.dropped);
     }
+}
+
+/// A ball has no offsets for what is seen on a surface: such paths need no batch, and count each time.
+#[test]
+fn surfaces_under_a_ball_are_as_without_shifts() {
+    let floor = rectangle([-2.0, -1.0, 0.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]);
+    let world = World::new(camera([0.0, 0.0, -1.0], 0.5, 8))
+        .surface(floor, Bsdf::Diffuse { albedo: Colour::splat(0.5) })
+        .area_light([-0.5, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], 1.0, 1.0);
+    let chains = chains(&world);
+    let scene = world.scene();
+    let film = |shift, every| {
+        let sampler = chains.sampler(&scene, shift, every);
+        let mut picture = Picture::new(&world);
+        chains.chains.iter().for_each(|chain| picture.run(&sampler, &mut chain.clone(), MUTATIONS));
+        picture
+    };
+    let ball = shift::Options::new(Mode::Exact, Kernel::Ball(0.1), 3);
+    let (plain, shifted) = (film(None, 1), film(Some(ball), 4));
+    assert!(plain.mean(1.0) > 0.0 && plain.cells == shifted.cells);
 }

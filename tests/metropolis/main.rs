@@ -7,6 +7,7 @@
 //! | 1 in a furnace, all lengths together? | [`furnace`] |
 //! | right from the first mutation on, whatever the bootstrap? | [`start`] |
 //! | are techniques tried as often as was learned? | [`techniques`] |
+//! | is a subpath that a mutation does not change still the right one? | [`kept`] |
 //! | which numbers make a path? | [`inverse`] |
 //! | the same bits however calls are divided? | [`determinism`] |
 //! | what if a callback stops? | [`stops`] |
@@ -26,6 +27,7 @@ mod chains;
 mod determinism;
 mod furnace;
 mod inverse;
+mod kept;
 mod robustness;
 mod shiftable;
 mod start;

@@ -71,6 +71,12 @@ impl<'a> Joined<'_, 'a> {
         }
     }
 
+    /// Whether batches move its first vertex. That depends on the path alone, not on the technique.
+    pub fn moves(&self, options: &shift::Options) -> bool {
+        let on_surface = matches!(self.vertex(1).kind, Kind::Surface { .. });
+        (options.moves_surfaces() || !on_surface) && self.run(options).is_some()
+    }
+
     /// Prepares it, with the weight that the connection says, in the place of another one. False: its first vertex may not move.
     pub fn prepare<Q: Queries>(
         &self,

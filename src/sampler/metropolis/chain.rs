@@ -4,16 +4,16 @@
 //! large steps, whose samples are independent, count as such too, by the balance heuristic [KSKAC02].
 
 use super::bootstrap::{self, Numbers, Start};
-use super::numbers::{capacity, step};
-use super::path::{Scratch, make, target};
+use super::numbers::{Change, LARGEST_STEP, capacity, step};
+use super::path::{remake, target};
+use super::room::{Room, Sample};
 use super::techniques::{Shares, Techniques};
 use crate::film::Film;
-use crate::math::{Colour, DVec2};
 use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique, thesis};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{ChainNumbers, chain_shift_numbers};
 use crate::scene::{Queries, Scene, Stop};
-use crate::shift::{self, Draw, Shiftable, Tile};
+use crate::shift::{self, Draw, Tile};
 
 /// How chains move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,52 +89,11 @@ const STEP_RANGE: f64 = 4.0;
 /// How fast the size adapts: by this much at first, by half after so many mutations.
 const FIRST_GAIN: f64 = 2.0;
 const GAIN_DECAY: f64 = 1.0 / 8.0;
-const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=0.5;
+const STEPS: core::ops::RangeInclusive<f64> = 1e-4..=LARGEST_STEP;
 
 /// How much a path's value may differ between two evaluations of the same numbers, relative: on processors of another type rays can end a
 /// little elsewhere. Another scene or table gives other values, to some of a plan's chains at least.
 const SAME_VALUE: f64 = 1e-3;
-
-/// A path of the chain, ready to be splatted.
-struct Sample {
-    target: f64,
-    pixel: DVec2,
-    /// w·f/p over the density of this path among a chain's samples: what it is worth each time that it comes.
-    value: Colour,
-    /// What it is worth as a large step's sample, over that.
-    large: f64,
-    /// The mutation that made it, and what can move of it.
-    born: u64,
-    shiftable: Option<Shiftable>,
-    moves: bool,
-}
-
-impl Default for Sample {
-    fn default() -> Self {
-        Self { target: 0.0, pixel: DVec2::ZERO, value: Colour::ZERO, large: 0.0, born: 0, shiftable: None, moves: false }
-    }
-}
-
-/// Room for the work on one mutation after another.
-struct Room<'a> {
-    paths: Scratch<'a>,
-    numbers: Numbers,
-    current: Sample,
-    proposal: Sample,
-    batch: shift::Scratch,
-}
-
-impl Default for Room<'_> {
-    fn default() -> Self {
-        Self {
-            paths: Scratch::default(),
-            numbers: [0.0; capacity(MAX_LENGTH)],
-            current: Sample::default(),
-            proposal: Sample::default(),
-            batch: shift::Scratch::default(),
-        }
-    }
-}
 
 impl State {
     /// Chain number `index`. `numbers` has room for [`capacity`] of its length. None: the start is not one of these samples.
@@ -169,6 +128,7 @@ struct Decision {
     dark: bool,
     dropped: bool,
     technique: Technique,
+    change: Change,
     random: ChainNumbers,
 }
 
@@ -216,14 +176,11 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             let decision = self.decide(state, numbers, &mut room, stats)?;
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
             // the first splat: nothing has changed then.
-            let stay = state.pending + worth(&room.current) * (1.0 - decision.acceptance);
-            let come = worth(&room.proposal) * (decision.acceptance + if decision.large { room.proposal.large } else { 0.0 });
-            let (left, made, due) = if decision.accepted {
-                (&room.current, (state.technique, &*numbers), stay)
-            } else {
-                (&room.proposal, (decision.technique, &room.numbers[..]), come)
-            };
-            self.splat(state, left, made, due, &mut room.batch, film, stats)?;
+            let stay = state.pending + worth(room.sample.get(false)) * (1.0 - decision.acceptance);
+            let proposal = room.sample.get(true);
+            let come = worth(proposal) * (decision.acceptance + if decision.large { proposal.large } else { 0.0 });
+            let (left, due) = if decision.accepted { (Change::NONE, stay) } else { (decision.change, come) };
+            self.splat(state, left, due, &mut room, film, stats)?;
             state.pending = if decision.accepted { come } else { stay };
             state.mutations += 1;
             chain_stats.count(&decision);
@@ -238,31 +195,36 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             return Ok(());
         }
         let mut room = self.begin(state, numbers, stats)?;
-        self.splat(state, &room.current, (state.technique, numbers), state.pending, &mut room.batch, film, stats)
+        self.splat(state, Change::NONE, state.pending, &mut room, film, stats)
     }
 
     /// At the path of the chain's numbers. It stops if that is another one than it was.
     fn begin(&self, state: &State, numbers: &[f64], stats: &mut Stats) -> Result<Room<'a>, Stop> {
         let mut room = Room::default();
-        let numbers = numbers.get(..state.technique.numbers()).unwrap_or(&[]);
-        self.sample(state, state.technique, numbers, &mut room.paths, &mut room.current, stats)?;
-        room.current.born = state.born;
-        let same = (room.current.target - state.target).abs() <= SAME_VALUE * state.target;
+        room.numbers.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
+        self.sample(state, state.technique, Change::BOTH, &mut room, stats)?;
+        room.sample.get(true).born = state.born;
+        room.accept(Change::BOTH);
+        let same = (room.sample.get(false).target - state.target).abs() <= SAME_VALUE * state.target;
         if same { Ok(room) } else { Err(Stop::OtherPath) }
     }
 
-    /// Evaluates a technique at some numbers.
+    /// Makes the path of the room's numbers, which differ from the chain's by `change`.
     fn sample(
         &self,
         state: &State,
         technique: Technique,
-        numbers: &[f64],
-        paths: &mut Scratch<'a>,
-        sample: &mut Sample,
+        change: Change,
+        room: &mut Room<'a>,
         stats: &mut Stats,
     ) -> Result<(), Stop> {
+        let Room { camera, light, sample, numbers, .. } = room;
+        let (camera, light, sample) = (camera.get(change.camera), light.get(change.light), sample.get(true));
+        let numbers = numbers.get(..technique.numbers()).unwrap_or(&[]);
         (sample.target, sample.moves) = (0.0, false);
-        let Some(path) = make(self.scene, self.queries, technique, numbers, paths, stats)? else { return Ok(()) };
+        let Some(path) = remake(self.scene, self.queries, technique, numbers, change, camera, light, stats)? else {
+            return Ok(());
+        };
         let Start { share, brightness, others, .. } = state.start;
         let probability = state.shares.of_technique(technique);
         let target = target(&path) / probability;
@@ -274,13 +236,12 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         // sum to 1 in the mean over bootstraps.
         let density = |b: f64| target / brightness + self.options.large_step * b / brightness;
         let value = path.value * (path.weight * share / (probability * density(others.into())));
-        (sample.target, sample.pixel, sample.value) = (target, path.pixel, value);
+        sample.target = target;
         sample.large = density(others.into()) / density(brightness);
-        let connection = Connection { value, weight: 1.0, ..path };
-        let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
-        let joined = Joined { scene: self.scene, camera, light, connection: &connection };
+        let connection = sample.connection.insert(Connection { value, weight: 1.0, ..path });
+        let joined = Joined { scene: self.scene, camera: camera.vertices(), light: light.vertices(), connection };
         sample.moves = match &self.options.shift {
-            Some(Batches::Shifts(options)) => joined.prepare(self.queries, options, &mut sample.shiftable)?,
+            Some(Batches::Shifts(options)) => joined.moves(options),
             Some(Batches::Thesis(_)) => joined.is_available(),
             None => false,
         };
@@ -293,62 +254,61 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let large = random.next() < self.options.large_step;
         let technique =
             if large { state.shares.technique(state.start.length as usize, random.next()) } else { state.technique };
-        let count = technique.numbers();
+        let change = if large { Change::BOTH } else { Change::small(technique, random.next()) };
         let size = state.step * libm::exp(-STEP_RANGE * random.next());
-        for (to, from) in room.numbers.iter_mut().zip(numbers).take(count) {
-            *to = if large { random.next() } else { step(*from, size, &mut || random.next()) };
+        room.numbers.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
+        for number in room.numbers.get_mut(change.numbers(technique)).unwrap_or(&mut []) {
+            *number = if large { random.next() } else { step(*number, size, &mut || random.next()) };
         }
-        let made = room.numbers.get(..count).unwrap_or(&[]);
-        self.sample(state, technique, made, &mut room.paths, &mut room.proposal, stats)?;
-        room.proposal.born = state.mutations + 1;
-        let (target, current) = (room.proposal.target, room.current.target);
+        self.sample(state, technique, change, room, stats)?;
+        let current = room.sample.get(false).target;
+        let proposal = room.sample.get(true);
+        proposal.born = state.mutations + 1;
+        let target = proposal.target;
         let acceptance = if target > 0.0 && current > 0.0 { (target / current).min(1.0) } else { f64::from(target > 0.0) };
         let accepted = random.next() < acceptance;
         let (dark, dropped) = (target == 0.0, target.is_nan());
-        Ok(Decision { large, acceptance, accepted, dark, dropped, technique, random })
+        Ok(Decision { large, acceptance, accepted, dark, dropped, technique, change, random })
     }
 
     fn make(&self, decision: Decision, state: &mut State, numbers: &mut [f64], room: &mut Room<'a>) {
         state.random = decision.random;
         if decision.accepted {
             state.technique = decision.technique;
-            state.born = room.proposal.born;
-            state.target = room.proposal.target;
+            state.born = room.sample.get(true).born;
+            state.target = room.sample.get(true).target;
             numbers.iter_mut().zip(&room.numbers).take(decision.technique.numbers()).for_each(|(to, from)| *to = *from);
-            core::mem::swap(&mut room.current, &mut room.proposal);
+            room.accept(decision.change);
         }
     }
 
-    /// Splats a path, made by a technique of some numbers.
+    /// Splats the path that differs from the chain's by `change`.
     fn splat(
         &self,
         state: &State,
-        sample: &Sample,
-        made: (Technique, &[f64]),
+        change: Change,
         due: f64,
-        batch: &mut shift::Scratch,
+        room: &mut Room<'a>,
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Stop> {
-        if !(due > 0.0 && sample.target > 0.0) {
+        let Room { camera, light, sample, shiftable, batch, .. } = room;
+        let sample = sample.get(change != Change::NONE);
+        let Some(connection) = sample.connection.as_ref().filter(|_| due > 0.0 && sample.target > 0.0) else { return Ok(()) };
+        let (camera, light) = (camera.get(change.camera).vertices(), light.get(change.light).vertices());
+        let joined = Joined { scene: self.scene, camera, light, connection };
+        let moving = match &self.options.shift {
+            Some(Batches::Shifts(options)) if sample.moves && joined.prepare(self.queries, options, shiftable)? => {
+                Some(options).zip(shiftable.as_ref())
+            }
+            Some(Batches::Thesis(options)) if sample.moves => {
+                return self.splat_thesis(options, state, sample.born, &joined, connection.value * due, film, stats);
+            }
+            _ => None,
+        };
+        let Some((options, path)) = moving else {
+            film.add(connection.pixel, connection.value * due);
             return Ok(());
-        }
-        let (options, path) = match (&self.options.shift, &sample.shiftable) {
-            (Some(Batches::Shifts(options)), Some(path)) if sample.moves => (options, path),
-            (Some(Batches::Thesis(options)), _) if sample.moves => {
-                // All its vertices are needed, which are made again.
-                let (mut paths, (technique, numbers)) = (Scratch::default(), made);
-                let numbers = numbers.get(..technique.numbers()).unwrap_or(&[]);
-                let connection = make(self.scene, self.queries, technique, numbers, &mut paths, stats)?;
-                let Some(connection) = &connection else { return Ok(()) };
-                let (camera, light) = (paths.camera.vertices(), paths.light.vertices());
-                let path = Joined { scene: self.scene, camera, light, connection };
-                return self.splat_thesis(options, state, sample.born, &path, sample.value * due, film, stats);
-            }
-            _ => {
-                film.add(sample.pixel, sample.value * due);
-                return Ok(());
-            }
         };
         let options = options.after(sample.born as f64 * f64::from(state.start.chains));
         let (tiles, random) = chain_shift_numbers(self.options.seed, state.index, sample.born);

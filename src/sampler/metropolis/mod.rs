@@ -5,12 +5,13 @@ mod chain;
 mod inverse;
 mod numbers;
 mod path;
+mod room;
 mod techniques;
 mod thesis;
 
 pub use bootstrap::{Numbers, Plan, Start, learn, run as bootstrap};
 pub use chain::{Batches, ChainStats, Metropolis, Options, State};
 pub use inverse::invert;
-pub use numbers::capacity;
-pub use path::{Scratch, make};
+pub use numbers::{Change, capacity};
+pub use path::{Scratch, make, remake};
 pub use techniques::Techniques;

@@ -2,6 +2,7 @@
 
 use crate::sampler::bidirectional::Technique;
 use crate::sampler::primary::{PrimarySample, SLOTS, Slot, VertexNumbers};
+use core::ops::Range;
 
 /// Numbers per vertex of a subpath, and of a light's first vertex.
 const PER_VERTEX: usize = 4;
@@ -33,6 +34,36 @@ impl Technique {
     }
 }
 
+/// The subpaths whose numbers a mutation changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    pub camera: bool,
+    pub light: bool,
+}
+
+/// How often a small step changes the camera's subpath, where it changes one of two: that moves the path over the image, which is what most of
+/// the noise comes from.
+const CAMERA_SHARE: f64 = 0.9;
+
+impl Change {
+    pub const NONE: Self = Self { camera: false, light: false };
+    pub const BOTH: Self = Self { camera: true, light: true };
+
+    /// What a small step changes: one of two subpaths, and the other need not be made again. A camera's single vertex takes no time.
+    pub fn small(technique: Technique, u: f64) -> Self {
+        if technique.camera == 1 || technique.light == 0 {
+            return Self::BOTH;
+        }
+        Self { camera: u < CAMERA_SHARE, light: u >= CAMERA_SHARE }
+    }
+
+    /// The numbers that change.
+    pub fn numbers(self, technique: Technique) -> Range<usize> {
+        let middle = technique.camera_numbers();
+        (if self.camera { 0 } else { middle })..(if self.light { technique.numbers() } else { middle })
+    }
+}
+
 /// A subpath's numbers; 0 where nothing reads them.
 pub struct SubpathNumbers<'n> {
     first: &'static [Slot],
@@ -51,10 +82,14 @@ impl PrimarySample for SubpathNumbers<'_> {
     }
 }
 
-/// A small step of a number on the circle (0, 1): the sum of two uniform ones, of standard deviation `size`.
+/// Largest standard deviation of a small step.
+pub const LARGEST_STEP: f64 = 0.2;
+
+/// A small step of a number on the circle (0, 1): the sum of two uniform ones, of standard deviation `size`, at most [`LARGEST_STEP`].
 pub fn step(number: f64, size: f64, random: &mut impl FnMut() -> f64) -> f64 {
     const UNIT: f64 = 2.449_489_742_783_178; // √6
+    const { assert!(LARGEST_STEP * UNIT < 1.0) };
     let moved = number + size * UNIT * (random() + random() - 1.0);
-    let wrapped = moved - libm::floor(moved);
+    let wrapped = moved + f64::from(moved < 0.0) - f64::from(moved > 1.0);
     if wrapped > 0.0 && wrapped < 1.0 { wrapped } else { number }
 }

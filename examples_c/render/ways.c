@@ -1,0 +1,168 @@
+#include "ways.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "passes.h"
+
+/* Of each way: their difference tells its error. */
+enum { TRIALS = 2 };
+
+/* Trials take as long as a few passes. */
+enum { FEWEST_PASSES = 16 };
+
+/* The pixels' brightness, over which errors count, is known well enough only from this many together, along each side. */
+enum { BLOCK = 8 };
+
+/* Of the image's brightness: where it is darker than that errors count no more. */
+static const double DARK = 1e-3;
+
+typedef struct {
+    const render_job *job;
+    size_t values; /* of an image */
+    float *images; /* of each way TRIALS */
+    double *cost;  /* of each way */
+} contest;
+
+/* ---- the trials ---- */
+
+static float *image_of(const contest *c, unsigned way, unsigned trial)
+{
+    return c->images + (way * TRIALS + trial) * c->values;
+}
+
+/* A pass of its own. Returns 0 on a failure, as ways_choose. */
+static int try_way(contest *c, unsigned index, unsigned trial, volgrad_status *status)
+{
+    const way *way = &c->job->ways[index];
+    volgrad_path_sampler_options sampler = *way->sampler;
+    render_job job = *c->job;
+    volgrad_bidirectional_options bidirectional;
+    passes p;
+    render_result result = {.stats = {.struct_size = sizeof result.stats}};
+    sampler.seed = ~sampler.seed;
+    job.sampler = &sampler;
+    if (way->bidirectional != NULL) {
+        bidirectional = *way->bidirectional;
+        bidirectional.seed = sampler.seed;
+        job.bidirectional = &bidirectional;
+    }
+    int ok = passes_start(&p, &job, status);
+    if (ok) {
+        p.quiet = 1;
+        p.done = trial;
+        *status = passes_run(&p, 1);
+    }
+    if (ok && *status == VOLGRAD_OK) {
+        *status = passes_finish(&p, &result);
+    }
+    if (ok && *status == VOLGRAD_OK) {
+        *status = volgrad_film_develop(result.film.film, 1.0, image_of(c, index, trial), c->values);
+        c->cost[index] += (double)(result.stats.rays + result.stats.occlusion_rays);
+    }
+    passes_free(&p);
+    render_result_free(&result);
+    return ok && *status == VOLGRAD_OK;
+}
+
+/* ---- their errors ---- */
+
+/* Mean of all images in a block. */
+static double brightness(const contest *c, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
+{
+    double sum = 0.0;
+    for (unsigned i = 0; i < c->job->way_count * TRIALS; ++i) {
+        for (uint32_t y = y0; y < y1; ++y) {
+            const float *row = c->images + i * c->values + 3 * ((size_t)y * c->job->width + x0);
+            for (uint32_t k = 0; k < 3 * (x1 - x0); ++k) {
+                sum += row[k];
+            }
+        }
+    }
+    return sum / (3.0 * (x1 - x0) * (y1 - y0) * c->job->way_count * TRIALS);
+}
+
+static double squared_difference(const contest *c, unsigned way, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
+{
+    double sum = 0.0;
+    for (uint32_t y = y0; y < y1; ++y) {
+        size_t start = 3 * ((size_t)y * c->job->width + x0);
+        const float *a = image_of(c, way, 0) + start, *b = image_of(c, way, 1) + start;
+        for (uint32_t k = 0; k < 3 * (x1 - x0); ++k) {
+            sum += ((double)a[k] - b[k]) * ((double)a[k] - b[k]);
+        }
+    }
+    return sum;
+}
+
+static uint32_t least(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Relative squared error of each way, up to a common factor. */
+static void find_errors(const contest *c, double *errors)
+{
+    uint32_t width = c->job->width, height = c->job->height;
+    double dark = DARK * brightness(c, 0, 0, width, height);
+    for (uint32_t y = 0; y < height; y += BLOCK) {
+        for (uint32_t x = 0; x < width; x += BLOCK) {
+            uint32_t x1 = least(x + BLOCK, width), y1 = least(y + BLOCK, height);
+            double mean = brightness(c, x, y, x1, y1);
+            double scale = mean * mean + dark * dark;
+            for (unsigned i = 0; i < c->job->way_count && scale > 0.0; ++i) {
+                errors[i] += squared_difference(c, i, x, y, x1, y1) / scale;
+            }
+        }
+    }
+}
+
+/* ---- the choice ---- */
+
+static int is_worth_it(const render_job *job)
+{
+    return job->way_count > 1 && (job->max_passes == 0 || job->max_passes >= FEWEST_PASSES);
+}
+
+static int hold(contest *c, unsigned *best, volgrad_status *status)
+{
+    unsigned count = c->job->way_count;
+    for (unsigned i = 0; i < count * TRIALS; ++i) {
+        if (*c->job->stop || render_seconds_left(c->job) <= 0.0) {
+            return 1;
+        }
+        if (!try_way(c, i / TRIALS, i % TRIALS, status)) {
+            return 0;
+        }
+    }
+    double *errors = calloc(count, sizeof *errors), least_work = INFINITY;
+    if (errors == NULL) {
+        return 0;
+    }
+    find_errors(c, errors);
+    for (unsigned i = 0; i < count; ++i) {
+        double work = errors[i] * c->cost[i];
+        if (work < least_work) {
+            least_work = work;
+            *best = i;
+        }
+    }
+    free(errors);
+    return 1;
+}
+
+int ways_choose(const render_job *job, unsigned *best, volgrad_status *status)
+{
+    *best = 0;
+    *status = VOLGRAD_OK;
+    if (!is_worth_it(job)) {
+        return 1;
+    }
+    contest c = {.job = job, .values = 3 * (size_t)job->width * job->height};
+    c.images = malloc(job->way_count * TRIALS * c.values * sizeof *c.images);
+    c.cost = calloc(job->way_count, sizeof *c.cost);
+    int ok = c.images != NULL && c.cost != NULL && hold(&c, best, status);
+    free(c.images);
+    free(c.cost);
+    return ok;
+}

@@ -1,0 +1,11 @@
+/* --integrator auto: several ways to render, of which small trials find the best for the scene. */
+#ifndef RENDER_WAYS_H
+#define RENDER_WAYS_H
+
+#include "render.h"
+
+/* Tries job->ways, on job->scene, with numbers that are not in the image. It depends on the job's seed, not on a clock: costs are counted in
+   rays. *best is 0 where there is no time for trials. Returns 0 on a failure: *status says which; VOLGRAD_OK: memory is out. */
+int ways_choose(const render_job *job, unsigned *best, volgrad_status *status);
+
+#endif

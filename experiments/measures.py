@@ -1,0 +1,146 @@
+"""What is measured of renders: errors of one image, bias and variance of several, and intervals of what was measured a few times.
+
+All errors of images are relative to the reference, pixel by pixel, and without the reference's own noise (tests/validate/images.py).
+"""
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import flip_evaluator
+import numpy as np
+from scipy import ndimage, stats
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "validate"))
+
+from images import blocks, exposure_of, squared_error, tonemap  # noqa: E402
+
+BLUR = 2.0  # pixels: the standard deviation of what an eye averages over, and half of the default tile
+BLUR_REACH = 8  # pixels
+BLOCK = 8  # pixels along a block whose means are compared
+REFERENCE_RUNS = 32  # a lower limit of what the reference's standard errors come from
+CONFIDENCE = 0.95
+
+
+# ---- one image ----
+
+
+@dataclass
+class Reference:
+    image: np.ndarray
+    stderr: np.ndarray
+    outside: np.ndarray  # pixels whose camera rays meet no medium
+
+    def matched(self, image):
+        """The image in the reference's resolution."""
+        return blocks(image, image.shape[0] // self.image.shape[0])
+
+
+def reference_at(resolution, image, stderr, outside):
+    """In the resolution of renders, if that is lower; a larger one is left to `matched`."""
+    size = max(1, image.shape[0] // resolution)
+    return Reference(blocks(image, size), np.sqrt(blocks(stderr**2, size)) / size, outside)
+
+
+def blur(image, power=1):
+    """By a Gaussian; power 2: what that makes of the variances of independent pixels."""
+    kernel = stats.norm.pdf(np.arange(-BLUR_REACH, BLUR_REACH + 1), scale=BLUR)
+    kernel = (kernel / kernel.sum()) ** power
+    return ndimage.correlate1d(ndimage.correlate1d(image, kernel, 0), kernel, 1)
+
+
+def errors(image, reference):
+    """By name: relative squared errors per pixel, after blurring and outside of media; FLIP of
+    the pictures as they are shown here, from 0 to 1; and the mean."""
+    image = reference.matched(image)
+    error, noise = squared_error(image, reference.image, reference.stderr)
+    blurred, blurred_noise = squared_error(blur(image), blur(reference.image), np.sqrt(blur(reference.stderr**2, 2)))
+    seen = [tonemap(i, exposure_of(reference.image)).astype(np.float32) for i in (reference.image, image)]
+    _, flip, _ = flip_evaluator.evaluate(*seen, "LDR", applyMagma=False)
+    return {
+        "relative_mse": (error - noise).mean(),
+        "blurred_mse": (blurred - blurred_noise).mean(),
+        "outside_mse": (error - noise)[reference.outside].mean() if reference.outside.any() else np.nan,
+        "flip": flip,
+        "image_mean": image.mean(),
+    }
+
+
+# ---- several images with different seeds ----
+
+
+def bias_and_variance(images, reference):
+    """Means over the pixels of squared bias and variance of one image, relative to the reference; both without bias themselves."""
+    n = len(images)
+    error, noise = squared_error(images.mean(0), reference.image, reference.stderr)
+    weight = 1 / (reference.image**2 + (1e-3 * reference.image.mean()) ** 2)  # as in squared_error
+    variance = (images.var(0, ddof=1) * weight).mean()
+    return np.array([(error - noise).mean() - variance / n, variance])
+
+
+def bias_and_variance_errors(images, reference):
+    """Standard errors of both, by the jackknife over the images."""
+    without_one = np.array([bias_and_variance(np.delete(images, i, 0), reference) for i in range(len(images))])
+    return np.sqrt((len(images) - 1) * without_one.var(0))
+
+
+def block_scores(images, reference):
+    """z of the means of blocks against the reference's."""
+    ours = np.array([blocks(i, BLOCK) for i in images])
+    spread = np.sqrt(blocks(reference.stderr**2, BLOCK)) / BLOCK * np.sqrt(REFERENCE_RUNS)
+    return z_of_means(ours.mean(0), ours.std(0, ddof=1), len(ours), blocks(reference.image, BLOCK), spread)
+
+
+def z_of_means(mean, deviation, count, reference, spread):
+    """Welch's test, as the normal z of the same probability."""
+    quiet = 1e-6 * np.abs(reference)  # what single precision leaves where there is no noise
+    test = stats.ttest_ind_from_stats(mean, np.hypot(deviation, quiet), count, reference, spread, REFERENCE_RUNS, equal_var=False)
+    return np.sign(test.statistic) * stats.norm.isf(test.pvalue / 2)
+
+
+def z_of_reference(means, reference, allowance):
+    """Of image means against the reference's, which is known to be wrong by up to the allowance."""
+    target = reference.image.mean()
+    difference = means.mean() - target
+    beyond = np.sign(difference) * max(0.0, abs(difference) - allowance * target)
+    pixels = reference.stderr.mean(2)  # channels share their paths
+    spread = np.sqrt((pixels**2).sum()) / pixels.size * np.sqrt(REFERENCE_RUNS)
+    return float(z_of_means(target + beyond, means.std(ddof=1), len(means), target, spread))
+
+
+def z_of_pairs(means, others):
+    """Of image means against those of runs with the same seeds."""
+    difference = means - others
+    if np.ptp(difference) == 0:
+        return 0.0
+    test = stats.ttest_1samp(difference, 0)
+    return float(np.sign(test.statistic) * stats.norm.isf(test.pvalue / 2))
+
+
+# ---- intervals ----
+
+
+def student(count):
+    """Half the width of the interval of a mean of so many, in standard errors."""
+    return stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)
+
+
+def jackknife(statistic, *columns):
+    """A statistic of the columns' means, and its standard error. Columns: first axis the rounds."""
+    rounds = len(columns[0])
+    without_one = np.array([statistic(*(np.delete(c, i, 0).mean(0) for c in columns)) for i in range(rounds)])
+    return statistic(*(c.mean(0) for c in columns)), np.sqrt((rounds - 1) * without_one.var(0))
+
+
+def interval_of_log(statistic, *columns):
+    value, error = jackknife(lambda *means: np.log(statistic(*means)), *columns)
+    reach = student(len(columns[0])) * error
+    return np.exp([value, value - reach, value + reach])
+
+
+def mean(column):
+    return interval_of_log(lambda x: x, column)
+
+
+def ratio(above, below):
+    return interval_of_log(lambda x, y: x / y, above, below)
