@@ -123,12 +123,23 @@ static int render_image(const render_job *job, render_result *result, uint64_t *
     return status == VOLGRAD_OK;
 }
 
-static int render_and_write(const render_job *job, image_source *source)
+/* What the command line leaves open, and all that it may mean. */
+typedef struct {
+    samplers samplers[MOST_WAYS];
+    options options[MOST_WAYS];
+    way ways[MOST_WAYS];
+    unsigned count;
+} choices;
+
+static int render_and_write(const render_job *job, image_source *source, const choices *all)
 {
     render_result result;
     int exit_status = EXIT_FAILED;
     source->result = &result;
-    if (render_image(job, &result, &source->dropped) && image_write(source)) {
+    int ok = render_image(job, &result, &source->dropped);
+    source->options = &all->options[result.way];
+    source->sampler = &all->samplers[result.way].path;
+    if (ok && image_write(source)) {
         exit_status = *job->stop ? EXIT_INTERRUPTED : EXIT_OK;
         if (source->options->stats) {
             stats_print(&result, source->dropped);
@@ -141,31 +152,27 @@ static int render_and_write(const render_job *job, image_source *source)
     return exit_status;
 }
 
-/* The best in scenes/room.xml of what was tried; a batch costs more than a connection. */
-static double roulette(const options *o)
-{
-    return o->roulette >= 0.0 ? o->roulette : o->shift.mode != VOLGRAD_SHIFT_NONE ? 6.0 : 0.5;
-}
-
-static int run_with_queries(image_source *source, samplers *all, const scene *s, const volgrad_scene *core,
+static int run_with_queries(image_source *source, choices *all, const scene *s, const volgrad_scene *core,
                             const volgrad_queries *queries)
 {
+    samplers *first = &all->samplers[0], *last = &all->samplers[all->count - 1];
     const options *o = source->options;
     volgrad_exr_layout window = image_window(source->camera);
     uint32_t pixels = window.window_width * window.window_height;
     int has_chains = o->integrator == INTEGRATOR_MMLT;
-    uint64_t *limit = &all->chains.mutations_per_pixel;
+    uint64_t *limit = &first->chains.mutations_per_pixel;
     *limit = sample_limit(*limit, o, s);
     uint64_t passes = has_chains ? o->spp : sample_limit(o->spp, o, s);
     progress progress;
     progress_start(&progress, o->quiet, has_chains ? *limit : passes, o->seconds, pixels, has_chains ? "mutations" : "samples");
     render_job job = {.scene = core,
                       .queries = queries,
-                      .sampler = &all->path,
-                      .bidirectional = o->integrator == INTEGRATOR_BDPT ? &all->bidirectional : NULL,
-                      .chains = source->chains,
-                      .guide = all->has_guide ? &all->guide : NULL,
-                      .roulette = roulette(o),
+                      .ways = all->ways,
+                      .way_count = all->count,
+                      .sampler = &first->path,
+                      .bidirectional = all->ways[0].bidirectional,
+                      .chains = has_chains ? &first->chains : NULL,
+                      .guide = last->has_guide ? &last->guide : NULL,
                       .width = window.width,
                       .height = window.height,
                       .pixel_count = pixels,
@@ -177,18 +184,23 @@ static int run_with_queries(image_source *source, samplers *all, const scene *s,
                       .report = progress_report,
                       .note = progress_note,
                       .report_user = &progress};
-    return render_and_write(&job, source);
+    source->chains = job.chains;
+    return render_and_write(&job, source, all);
 }
 
 static int run_scene(image_source *source, scene *s)
 {
-    samplers all;
+    choices all;
     const volgrad_scene *core = NULL;
     const char *problem = NULL;
     if (!set_crop(&s->desc.camera, source->options)) {
         return EXIT_WRONG_INPUT;
     }
-    if (!samplers_set(&all, source->options, s)) {
+    all.count = samplers_list(all.samplers, all.options, source->options, s);
+    for (unsigned i = 0; i < all.count; ++i) {
+        all.ways[i] = samplers_way(&all.samplers[i], &all.options[i]);
+    }
+    if (all.count == 0) {
         return EXIT_WRONG_INPUT;
     }
     embree_queries *embree = embree_queries_create(s, source->options->threads, &problem);
@@ -202,8 +214,6 @@ static int run_scene(image_source *source, scene *s)
     if (core_memory != NULL) {
         volgrad_queries queries = embree_queries_table(embree);
         source->camera = &s->desc.camera;
-        source->sampler = &all.path;
-        source->chains = source->options->integrator == INTEGRATOR_MMLT ? &all.chains : NULL;
         exit_status = run_with_queries(source, &all, s, core, &queries);
     }
     embree_queries_destroy(embree);

@@ -19,7 +19,7 @@ static const char *const SHIFT_NAMES[] = {
 static const char *const KERNEL_NAMES[] = {
     [VOLGRAD_KERNEL_DISK] = "disk", [VOLGRAD_KERNEL_BALL] = "ball", [VOLGRAD_KERNEL_TILE] = "tile"};
 static const char *const INTEGRATOR_NAMES[] = {
-    [INTEGRATOR_PATH] = "path", [INTEGRATOR_BDPT] = "bdpt", [INTEGRATOR_MMLT] = "mmlt"};
+    [INTEGRATOR_PATH] = "path", [INTEGRATOR_BDPT] = "bdpt", [INTEGRATOR_MMLT] = "mmlt", [INTEGRATOR_AUTO] = "auto"};
 static const char *const HEURISTIC_NAMES[] = {
     [VOLGRAD_HEURISTIC_BALANCE] = "balance", [VOLGRAD_HEURISTIC_POWER] = "power"};
 enum {

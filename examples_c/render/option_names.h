@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-enum { INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_MMLT };
+enum { INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_MMLT, INTEGRATOR_AUTO };
 
 const char *options_shift_name(uint32_t mode); /* "none" for VOLGRAD_SHIFT_NONE */
 const char *options_kernel_name(uint32_t kernel);

@@ -209,7 +209,7 @@ static int take_option(int option, const char *value, options *out, usage *seen)
         return read_max_depth(value, out) || complain("max-depth", value, "a whole number from 1 on, or -1 for no limit");
     case OPTION_INTEGRATOR:
         return read_integrator(value, &out->integrator) ||
-               complain("integrator", value, "path, bdpt or mmlt");
+               complain("integrator", value, "path, bdpt, mmlt or auto");
     case OPTION_HEURISTIC:
         seen->needs_bdpt = "--heuristic";
         return read_heuristic(value, &out->heuristic) ||
@@ -319,6 +319,9 @@ static options_result check_line(const options *out, const usage *seen, int scen
     }
     if (seen->needs_mmlt != NULL && out->integrator != INTEGRATOR_MMLT) {
         return refuse(seen->needs_mmlt, " means nothing without --integrator mmlt");
+    }
+    if (out->integrator == INTEGRATOR_AUTO && out->shift.mode != VOLGRAD_SHIFT_NONE) {
+        return refuse("", "--integrator auto chooses shifts itself: no --shift");
     }
     if (seen->not_for_bdpt != NULL && out->integrator == INTEGRATOR_BDPT) {
         return refuse(seen->not_for_bdpt, " means nothing with --integrator bdpt, which moves one vertex");

@@ -7,6 +7,7 @@
 #include "metropolis.h"
 #include "passes.h"
 #include "seconds.h"
+#include "ways.h"
 
 void render_report(const render_job *job, double done)
 {
@@ -23,6 +24,38 @@ double render_seconds_left(const render_job *job)
     return job->max_seconds > 0.0 ? job->max_seconds - (seconds_wall() - job->start) : INFINITY;
 }
 
+static int render_chains(const render_job *job, const guide *g, render_result *result)
+{
+    render_job guided = *job;
+    guided.scene = g->scene;
+    return metropolis_render(&guided, result);
+}
+
+/* The ways' roulettes begin with what the guide knows of the image. */
+static int render_best_way(const render_job *job, const guide *g, render_result *result)
+{
+    volgrad_bidirectional_options bidirectional[MOST_WAYS];
+    way ways[MOST_WAYS];
+    render_job guided = *job;
+    guided.scene = g->scene;
+    guided.ways = ways;
+    for (unsigned i = 0; i < job->way_count; ++i) {
+        ways[i] = job->ways[i];
+        if (ways[i].bidirectional != NULL) {
+            bidirectional[i] = *ways[i].bidirectional;
+            bidirectional[i].roulette = (float)(ways[i].roulette * g->brightness);
+            ways[i].bidirectional = &bidirectional[i];
+        }
+    }
+    if (!ways_choose(&guided, &result->way, &result->status)) {
+        return 0;
+    }
+    guided.sampler = ways[result->way].sampler;
+    guided.bidirectional = ways[result->way].bidirectional;
+    result->roulette = guided.bidirectional != NULL ? guided.bidirectional->roulette : 0.0;
+    return passes_render(&guided, result);
+}
+
 int render_run(const render_job *job, render_result *result)
 {
     *result = (render_result){.status = VOLGRAD_OK,
@@ -35,16 +68,7 @@ int render_run(const render_job *job, render_result *result)
     result->guide_seconds = g.seconds;
     result->guide_stats = g.stats;
     if (ok) {
-        render_job guided = *job;
-        guided.scene = g.scene;
-        volgrad_bidirectional_options bidirectional;
-        if (job->bidirectional != NULL) {
-            bidirectional = *job->bidirectional;
-            bidirectional.roulette = (float)(job->roulette * g.brightness);
-            result->roulette = bidirectional.roulette;
-            guided.bidirectional = &bidirectional;
-        }
-        ok = job->chains != NULL ? metropolis_render(&guided, result) : passes_render(&guided, result);
+        ok = job->chains != NULL ? render_chains(job, &g, result) : render_best_way(job, &g, result);
     }
     guide_free(&g);
     result->wall_seconds = seconds_wall() - job->start;

@@ -30,15 +30,26 @@ typedef struct {
     uint32_t weighted;
 } technique;
 
+/* What renders an image without chains. */
+enum { MOST_WAYS = 4 };
+
+typedef struct {
+    char name[64];                                      /* for the user */
+    const volgrad_path_sampler_options *sampler;        /* all, or what the other leaves out */
+    const volgrad_bidirectional_options *bidirectional; /* NULL: no bidirectional paths */
+    double roulette;                                    /* bidirectional->roulette over the brightness that guides find */
+} way;
+
 typedef struct {
     const volgrad_scene *scene;
     const volgrad_queries *queries;
-    const volgrad_path_sampler_options *sampler;        /* all, or what the others leave out */
-    const volgrad_bidirectional_options *bidirectional; /* NULL: no bidirectional paths */
+    const way *ways;                                    /* of which trials choose one */
+    unsigned way_count;                                 /* 1 to MOST_WAYS */
+    const volgrad_path_sampler_options *sampler;        /* of the chosen way, as long as it is rendered with */
+    const volgrad_bidirectional_options *bidirectional; /* the same */
     const technique *technique;                         /* only what it makes, of all samplers; NULL: everything */
     const chain_settings *chains;                       /* NULL: no chains */
     const guide_settings *guide;                        /* NULL: subpaths go wherever lights shine */
-    double roulette;                                    /* bidirectional->roulette over the brightness that guides find */
     uint32_t width, height;                             /* of the whole image */
     uint32_t pixel_count;                               /* in the crop window */
     unsigned threads;                                   /* at least 1 */
@@ -78,6 +89,7 @@ typedef struct {
 
 typedef struct {
     volgrad_status status;
+    unsigned way; /* number of the job's way that was chosen */
     uint64_t passes;
     double wall_seconds;
     double cpu_seconds; /* of all threads */

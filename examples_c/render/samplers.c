@@ -96,3 +96,64 @@ int samplers_set(samplers *out, const options *o, const scene *s)
         return 1;
     }
 }
+
+/* ---- ways to choose from ---- */
+
+typedef struct {
+    uint32_t integrator, shift, count, run;
+} candidate;
+
+/* Each is the best of all that was tried in one of scenes/: cloud and smoke, caustic, room. The largest tiles are best where few paths carry
+   much, as without bidirectional paths in room. */
+static const candidate CANDIDATES[] = {
+    {INTEGRATOR_PATH, VOLGRAD_SHIFT_NONE, 0, 0},
+    {INTEGRATOR_PATH, VOLGRAD_SHIFT_EXCHANGEABLE, 35, 1},
+    {INTEGRATOR_BDPT, VOLGRAD_SHIFT_NONE, 0, 0},
+    {INTEGRATOR_BDPT, VOLGRAD_SHIFT_EXCHANGEABLE, 35, 1},
+};
+
+unsigned samplers_list(samplers *all, options *each, const options *o, const scene *s)
+{
+    if (o->integrator != INTEGRATOR_AUTO) {
+        each[0] = *o;
+        return samplers_set(&all[0], o, s) ? 1 : 0;
+    }
+    unsigned count = 0;
+    for (size_t i = 0; i < sizeof CANDIDATES / sizeof CANDIDATES[0]; ++i) {
+        const candidate *c = &CANDIDATES[i];
+        options *set = &each[count];
+        *set = *o;
+        set->integrator = c->integrator;
+        set->shift.mode = c->shift;
+        if (c->shift != VOLGRAD_SHIFT_NONE) {
+            set->shift.kernel = VOLGRAD_KERNEL_TILE;
+            set->shift.count = c->count;
+            set->shift.run = c->run;
+        }
+        uint32_t longest = o->has_max_depth ? o->max_depth : s->max_depth;
+        if (c->integrator == INTEGRATOR_PATH || longest != 1) {
+            count += samplers_set(&all[count], set, s) ? 1 : 0;
+        }
+    }
+    return count;
+}
+
+/* The best in scenes/room.xml of what was tried; a batch costs more than a connection. */
+static double roulette(const options *o)
+{
+    return o->roulette >= 0.0 ? o->roulette : o->shift.mode != VOLGRAD_SHIFT_NONE ? 6.0 : 0.5;
+}
+
+way samplers_way(const samplers *all, const options *o)
+{
+    way w = {.sampler = &all->path,
+             .bidirectional = o->integrator == INTEGRATOR_BDPT ? &all->bidirectional : NULL,
+             .roulette = roulette(o)};
+    const char *integrator = options_integrator_name(o->integrator);
+    if (o->shift.mode == VOLGRAD_SHIFT_NONE) {
+        snprintf(w.name, sizeof w.name, "--integrator %s", integrator);
+    } else {
+        snprintf(w.name, sizeof w.name, "--integrator %s --shift %s", integrator, options_shift_name(o->shift.mode));
+    }
+    return w;
+}

@@ -16,4 +16,11 @@ typedef struct {
 /* Returns 0 if the command line does not go with the scene; it has said so then. */
 int samplers_set(samplers *out, const options *o, const scene *s);
 
+/* The samplers among which the command line leaves the choice, up to MOST_WAYS, and the options that each is set from; just one but with
+   --integrator auto. Returns how many; 0: the command line does not go with the scene, it has said so then. */
+unsigned samplers_list(samplers *all, options *each, const options *o, const scene *s);
+
+/* How to render with one of them. */
+way samplers_way(const samplers *all, const options *o);
+
 #endif

@@ -42,6 +42,7 @@ static int try_way(contest *c, unsigned index, unsigned trial, volgrad_status *s
     render_result result = {.stats = {.struct_size = sizeof result.stats}};
     sampler.seed = ~sampler.seed;
     job.sampler = &sampler;
+    job.bidirectional = NULL;
     if (way->bidirectional != NULL) {
         bidirectional = *way->bidirectional;
         bidirectional.seed = sampler.seed;
@@ -148,6 +149,9 @@ static int hold(contest *c, unsigned *best, volgrad_status *status)
         }
     }
     free(errors);
+    if (c->job->note != NULL) {
+        c->job->note(c->job->report_user, c->job->ways[*best].name);
+    }
     return 1;
 }
 
