@@ -112,6 +112,7 @@ typedef struct {
     const char *needs_lights; /* --integrator bdpt or mmlt, whose subpaths start at lights too */
     const char *needs_mmlt;
     const char *not_for_bdpt;
+    int integrator;
 } usage;
 
 static int take_chain_option(int option, const char *value, chain_settings *out, usage *seen)
@@ -208,6 +209,7 @@ static int take_option(int option, const char *value, options *out, usage *seen)
     case OPTION_MAX_DEPTH:
         return read_max_depth(value, out) || complain("max-depth", value, "a whole number from 1 on, or -1 for no limit");
     case OPTION_INTEGRATOR:
+        seen->integrator = 1;
         return read_integrator(value, &out->integrator) ||
                complain("integrator", value, "path, bdpt, mmlt or auto");
     case OPTION_HEURISTIC:
@@ -257,6 +259,7 @@ static int set_defaults(options *out)
     memset(out, 0, sizeof *out);
     out->threads = processors();
     out->roulette = -1.0;
+    out->integrator = INTEGRATOR_AUTO;
     volgrad_status status = volgrad_shift_options_default(&out->shift, sizeof out->shift);
     if (status == VOLGRAD_OK) {
         status = volgrad_chain_options_default(&out->chains.options, sizeof out->chains.options);
@@ -314,7 +317,7 @@ static options_result check_line(const options *out, const usage *seen, int scen
     if (seen->needs_bdpt != NULL && out->integrator != INTEGRATOR_BDPT) {
         return refuse(seen->needs_bdpt, " means nothing without --integrator bdpt");
     }
-    if (seen->needs_lights != NULL && out->integrator == INTEGRATOR_PATH) {
+    if (seen->needs_lights != NULL && (out->integrator == INTEGRATOR_PATH || !seen->integrator)) {
         return refuse(seen->needs_lights, " means nothing without --integrator bdpt or mmlt");
     }
     if (seen->needs_mmlt != NULL && out->integrator != INTEGRATOR_MMLT) {
@@ -354,5 +357,8 @@ options_result options_parse(int argc, char **argv, options *out)
         }
     }
     out->scene = optind < argc ? argv[optind] : NULL;
+    if (!seen.integrator && out->shift.mode != VOLGRAD_SHIFT_NONE) {
+        out->integrator = INTEGRATOR_PATH;
+    }
     return check_line(out, &seen, argc - optind);
 }

@@ -62,6 +62,12 @@ int render_run(const render_job *job, render_result *result)
                               .stats = {.struct_size = sizeof result->stats},
                               .chains = {.stats = {.struct_size = sizeof result->chains.stats}}};
     double cpu_start = seconds_cpu();
+    render_job first_way = *job;
+    if (job->way_count > 1 && !ways_are_worth_trying(job)) {
+        first_way.way_count = 1;
+        first_way.guide = NULL;
+        job = &first_way;
+    }
     guide g;
     int ok = guide_learn(&g, job, &result->status);
     result->guide_samples = g.samples;

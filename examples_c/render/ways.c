@@ -120,9 +120,9 @@ static void find_errors(const contest *c, double *errors)
 
 /* ---- the choice ---- */
 
-static int is_worth_it(const render_job *job)
+int ways_are_worth_trying(const render_job *job)
 {
-    return job->way_count > 1 && (job->max_passes == 0 || job->max_passes >= FEWEST_PASSES);
+    return job->max_passes == 0 || job->max_passes >= FEWEST_PASSES;
 }
 
 static int hold(contest *c, unsigned *best, volgrad_status *status)
@@ -159,7 +159,7 @@ int ways_choose(const render_job *job, unsigned *best, volgrad_status *status)
 {
     *best = 0;
     *status = VOLGRAD_OK;
-    if (!is_worth_it(job)) {
+    if (job->way_count == 1) {
         return 1;
     }
     contest c = {.job = job, .values = 3 * (size_t)job->width * job->height};
