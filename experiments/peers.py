@@ -98,7 +98,7 @@ class Volgrad:
 
 
 def paths(scene, count):
-    return f"--spp {count}"
+    return f"--integrator path --spp {count}"
 
 
 def shifted_paths(scene, count):
@@ -106,7 +106,7 @@ def shifted_paths(scene, count):
 
 
 def bidirectional(scene, count):
-    return f"{paths(scene, count)} --integrator bdpt"
+    return f"--spp {count} --integrator bdpt"
 
 
 def chains(scene, count):

@@ -112,7 +112,7 @@ typedef struct {
     const char *needs_lights; /* --integrator bdpt or mmlt, whose subpaths start at lights too */
     const char *needs_mmlt;
     const char *not_for_bdpt;
-    int integrator;
+    int integrator, shift; /* whether they were given */
 } usage;
 
 static int take_chain_option(int option, const char *value, chain_settings *out, usage *seen)
@@ -152,6 +152,7 @@ static int take_shift_option(int option, const char *value, options *out, usage 
 {
     switch (option) {
     case OPTION_SHIFT:
+        seen->shift = 1;
         return read_shift(value, &out->shift.mode) ||
                complain("shift", value,
                         "none, first_order, half_order, log_linear, linear_depth, exact, two_level, exchangeable, thesis or "
@@ -357,7 +358,7 @@ options_result options_parse(int argc, char **argv, options *out)
         }
     }
     out->scene = optind < argc ? argv[optind] : NULL;
-    if (!seen.integrator && out->shift.mode != VOLGRAD_SHIFT_NONE) {
+    if (!seen.integrator && seen.shift) {
         out->integrator = INTEGRATOR_PATH;
     }
     return check_line(out, &seen, argc - optind);

@@ -103,12 +103,12 @@ typedef struct {
     uint32_t integrator, shift, count, run;
 } candidate;
 
-/* Each is the best of all that was tried in one of scenes/: cloud and smoke, caustic, room. The largest tiles are best where few paths carry
-   much, as without bidirectional paths in room. */
+/* The best of what was tried in each of scenes/: path in cloud and smoke, bdpt in caustic, the others in room. The largest tiles are best
+   where few paths carry much. What differs most is tried first: there may be no time for more. */
 static const candidate CANDIDATES[] = {
     {INTEGRATOR_PATH, VOLGRAD_SHIFT_NONE, 0, 0},
-    {INTEGRATOR_PATH, VOLGRAD_SHIFT_EXCHANGEABLE, 35, 1},
     {INTEGRATOR_BDPT, VOLGRAD_SHIFT_NONE, 0, 0},
+    {INTEGRATOR_PATH, VOLGRAD_SHIFT_EXCHANGEABLE, 35, 1},
     {INTEGRATOR_BDPT, VOLGRAD_SHIFT_EXCHANGEABLE, 35, 1},
 };
 

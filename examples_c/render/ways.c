@@ -2,14 +2,18 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "passes.h"
 
 /* Of each way: their difference tells its error. */
 enum { TRIALS = 2 };
 
-/* Trials take as long as a few passes. */
+/* The first way's trials are a small share of these. */
 enum { FEWEST_PASSES = 16 };
+
+/* Of the work, or of the time limit: no way is tried after trials have taken more. */
+static const double MOST_FOR_TRIALS = 0.15;
 
 /* The pixels' brightness, over which errors count, is known well enough only from this many together, along each side. */
 enum { BLOCK = 8 };
@@ -21,7 +25,10 @@ typedef struct {
     const render_job *job;
     size_t values; /* of an image */
     float *images; /* of each way TRIALS */
-    double *cost;  /* of each way */
+    unsigned tried;           /* ways, from the first on */
+    double cost[MOST_WAYS];   /* of each way's trials, in rays */
+    double errors[MOST_WAYS]; /* of each way */
+    unsigned best;
 } contest;
 
 /* ---- the trials ---- */
@@ -72,7 +79,7 @@ static int try_way(contest *c, unsigned index, unsigned trial, volgrad_status *s
 static double brightness(const contest *c, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
 {
     double sum = 0.0;
-    for (unsigned i = 0; i < c->job->way_count * TRIALS; ++i) {
+    for (unsigned i = 0; i < c->tried * TRIALS; ++i) {
         for (uint32_t y = y0; y < y1; ++y) {
             const float *row = c->images + i * c->values + 3 * ((size_t)y * c->job->width + x0);
             for (uint32_t k = 0; k < 3 * (x1 - x0); ++k) {
@@ -80,7 +87,7 @@ static double brightness(const contest *c, uint32_t x0, uint32_t y0, uint32_t x1
             }
         }
     }
-    return sum / (3.0 * (x1 - x0) * (y1 - y0) * c->job->way_count * TRIALS);
+    return sum / (3.0 * (x1 - x0) * (y1 - y0) * c->tried * TRIALS);
 }
 
 static double squared_difference(const contest *c, unsigned way, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
@@ -102,17 +109,18 @@ static uint32_t least(uint32_t a, uint32_t b)
 }
 
 /* Relative squared error of each way, up to a common factor. */
-static void find_errors(const contest *c, double *errors)
+static void find_errors(contest *c)
 {
     uint32_t width = c->job->width, height = c->job->height;
     double dark = DARK * brightness(c, 0, 0, width, height);
+    memset(c->errors, 0, sizeof c->errors);
     for (uint32_t y = 0; y < height; y += BLOCK) {
         for (uint32_t x = 0; x < width; x += BLOCK) {
             uint32_t x1 = least(x + BLOCK, width), y1 = least(y + BLOCK, height);
             double mean = brightness(c, x, y, x1, y1);
             double scale = mean * mean + dark * dark;
-            for (unsigned i = 0; i < c->job->way_count && scale > 0.0; ++i) {
-                errors[i] += squared_difference(c, i, x, y, x1, y1) / scale;
+            for (unsigned i = 0; i < c->tried && scale > 0.0; ++i) {
+                c->errors[i] += squared_difference(c, i, x, y, x1, y1) / scale;
             }
         }
     }
@@ -125,32 +133,44 @@ int ways_are_worth_trying(const render_job *job)
     return job->max_passes == 0 || job->max_passes >= FEWEST_PASSES;
 }
 
-static int hold(contest *c, unsigned *best, volgrad_status *status)
+static double work(const contest *c, unsigned way)
 {
-    unsigned count = c->job->way_count;
-    for (unsigned i = 0; i < count * TRIALS; ++i) {
-        if (*c->job->stop || render_seconds_left(c->job) <= 0.0) {
-            return 1;
-        }
-        if (!try_way(c, i / TRIALS, i % TRIALS, status)) {
-            return 0;
-        }
+    return c->errors[way] * c->cost[way];
+}
+
+static void find_best(contest *c)
+{
+    find_errors(c);
+    c->best = 0;
+    for (unsigned i = 1; i < c->tried; ++i) {
+        c->best = work(c, i) < work(c, c->best) ? i : c->best;
     }
-    double *errors = calloc(count, sizeof *errors), least_work = INFINITY;
-    if (errors == NULL) {
-        return 0;
+}
+
+static int have_cost_enough(const contest *c)
+{
+    const render_job *job = c->job;
+    if (*job->stop || render_seconds_left(job) <= (1.0 - MOST_FOR_TRIALS) * job->max_seconds) {
+        return 1;
     }
-    find_errors(c, errors);
-    for (unsigned i = 0; i < count; ++i) {
-        double work = errors[i] * c->cost[i];
-        if (work < least_work) {
-            least_work = work;
-            *best = i;
+    double cost = 0.0;
+    for (unsigned i = 0; i < c->tried; ++i) {
+        cost += c->cost[i];
+    }
+    return job->max_passes > 0 && cost > MOST_FOR_TRIALS * (double)job->max_passes * c->cost[c->best] / TRIALS;
+}
+
+/* Returns 0 on a failure, as ways_choose. */
+static int hold(contest *c, volgrad_status *status)
+{
+    while (c->tried < c->job->way_count && (c->tried == 0 || !have_cost_enough(c))) {
+        for (unsigned trial = 0; trial < TRIALS; ++trial) {
+            if (!try_way(c, c->tried, trial, status)) {
+                return 0;
+            }
         }
-    }
-    free(errors);
-    if (c->job->note != NULL) {
-        c->job->note(c->job->report_user, c->job->ways[*best].name);
+        c->tried++;
+        find_best(c);
     }
     return 1;
 }
@@ -164,9 +184,11 @@ int ways_choose(const render_job *job, unsigned *best, volgrad_status *status)
     }
     contest c = {.job = job, .values = 3 * (size_t)job->width * job->height};
     c.images = malloc(job->way_count * TRIALS * c.values * sizeof *c.images);
-    c.cost = calloc(job->way_count, sizeof *c.cost);
-    int ok = c.images != NULL && c.cost != NULL && hold(&c, best, status);
+    int ok = c.images != NULL && hold(&c, status);
     free(c.images);
-    free(c.cost);
+    *best = c.best;
+    if (ok && job->note != NULL) {
+        job->note(job->report_user, job->ways[c.best].name);
+    }
     return ok;
 }

@@ -7,8 +7,8 @@
 /* Whether the image takes so long that trials cost little of it. */
 int ways_are_worth_trying(const render_job *job);
 
-/* Tries job->ways, on job->scene, with numbers that are not in the image. It depends on the job's seed, not on a clock: costs are counted in
-   rays. *best is 0 where there is no time for trials. Returns 0 on a failure: *status says which; VOLGRAD_OK: memory is out. */
+/* Tries job->ways, on job->scene, with numbers that are not in the image. Without a time limit it depends on the job's
+   seed, not on a clock: costs are counted in rays. Returns 0 on a failure: *status says which; VOLGRAD_OK: memory is out. */
 int ways_choose(const render_job *job, unsigned *best, volgrad_status *status);
 
 #endif
