@@ -30,20 +30,21 @@ RESTARTS = ["thesis_printed"]  # radii as in [Lu20 alg. 2], which shrink within 
 # CPU-seconds per sample per pixel of 128 x 128 (mmlt: per mutation), and of starting up (guides, bootstrap), without shifts.
 COST = {
     "path": {"smoke": 0.04, "room": 0.18, "cloud": 0.10, "caustic": 0.08},
-    "bdpt": {"smoke": 0.08, "room": 0.90, "cloud": 0.70, "caustic": 0.35},
+    "bdpt": {"smoke": 0.07, "room": 0.55, "cloud": 0.50, "caustic": 0.20},
     "mmlt": {"smoke": 0.07, "room": 0.32, "cloud": 0.23, "caustic": 0.13},
     "scalar_rgb": {"smoke": 0.10, "room": 0.27, "cloud": 0.25, "caustic": 0.11},
-    "default": {"smoke": 0.10, "room": 0.30, "cloud": 0.20, "caustic": 0.15},
+    "default": {"smoke": 0.07, "room": 0.60, "cloud": 0.20, "caustic": 0.30},
     "llvm_ad_rgb": {"smoke": 0.13, "room": 0.24, "cloud": 0.24, "caustic": 0.07},
 }
 START = {"smoke": 0.2, "room": 1.3, "cloud": 0.5, "caustic": 1.0}
 SHIFTED = 2.5  # times the cost of a sample without shifts
 
 # Of the CPU time. What is left is for the pictures, the repeated renders and Mitsuba's compiler.
-SHARES = {"convergence": 0.46, "peers": 0.14, "settings": 0.20, "radius": 0.04, "alpha": 0.06, "surfaces": 0.02}
+SHARES = {"convergence": 0.44, "peers": 0.14, "settings": 0.22, "radius": 0.04, "alpha": 0.06, "surfaces": 0.02}
 WEIGHT = {"smoke": 0.8, "room": 1.4, "cloud": 0.8, "caustic": 1.0}  # of a scene, relative to the mean
 PROCESSORS = 2
 SEEDS, FEW_SEEDS, LONG = 5, 3, 15  # few for a look, in less than LONG minutes
+USUAL = 64  # samples per pixel of who sets nothing else: the renderer then tries several ways, which takes some
 RUNGS, STEP = 3, 3  # of the ladder of sample counts: N/9, N/3, N
 FIRST_SEED = 1000  # others than those of peers.py, chains.py and of trials; Mitsuba's references were made with 0, 1, 2 ...
 
@@ -63,7 +64,7 @@ class Program:
 
     def cost(self, scene, count, pixels):
         """CPU-seconds, roughly."""
-        start = START[scene] if self.integrator in ("mmlt", "bdpt") else 0
+        start = START[scene] if self.integrator in ("mmlt", "bdpt", "default") else 0
         each = COST[self.variant or self.integrator][scene] * (1 if self.mode == "none" else SHIFTED)
         return start + count * each * pixels / 128**2
 
@@ -160,6 +161,7 @@ def convergence(plan):
     for scene in SCENES:
         unshifted = [plain(i) for i in ("path", "bdpt", "mmlt")]
         pairs = [(i, m) for i in ("path", "mmlt") for m in plan.modes if i == "mmlt" or m not in CHAINS_ONLY]
+        pairs.append(("bdpt", "exchangeable"))
         programs = unshifted + [shifted(*pair, scene, plan.resolution) for pair in pairs]
         counts = plan.ladder(programs, scene, plan.seconds("convergence", scene))
         for p in programs:
@@ -203,14 +205,20 @@ def settings(plan):
     """Single vertex against rigid run, how many members, how often; the best of them against what a user gets who sets nothing."""
     tile = "--shift exchangeable --shift-count {} --shift-run {}"
     programs = [plain(i) for i in ("path", "bdpt", "mmlt")]
-    programs += [Program("default")] + [Program(i, "exchangeable", "", "--shift exchangeable") for i in ("path", "mmlt")]
+    programs += [Program(i, "exchangeable", "", "--shift exchangeable") for i in ("path", "mmlt")]
     for n, run in [(n, run) for n in (3, 8, 15, 35) for run in (1, 2)] + [(8, 8)]:
         programs.append(Program("path", "exchangeable", f"n {n} run {run}", tile.format(n, run)))
+    for n in (8, 35):
+        programs.append(Program("bdpt", "exchangeable", f"n {n}", f"--shift exchangeable --shift-count {n}"))
     for n, run, every in [(3, 2, 4), (8, 2, 1), (8, 2, 16), (15, 2, 4), (8, 1, 4), (8, 8, 4)]:
         options = f"{tile.format(n, run)} --shift-every {every}"
         programs.append(Program("mmlt", "exchangeable", f"n {n} run {run} T {every}", options))
     for scene in SCENES:
-        plan.alike("settings", scene, programs, plan.seconds("settings", scene))
+        default = Program("default")
+        usual = [USUAL if plan.minutes >= LONG else 1]
+        tried = default.cost(scene, usual[0], plan.resolution**2) * len(plan.seeds)
+        plan.add("settings", scene, default, usual)
+        plan.alike("settings", scene, programs, max(plan.seconds("settings", scene) - tried, 0))
 
 
 def surfaces(plan):
