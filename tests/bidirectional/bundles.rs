@@ -1,12 +1,13 @@
 //! What a bundle takes of a sample and what it leaves, against the sum of all that the sample's techniques make.
 
+use crate::toy::batch::splats;
 use crate::toy::scenes::{
     World, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces, edges_with_specular_surfaces,
 };
 use crate::{each_technique, options, pixels, worlds};
 use volgrad::math::Colour;
 use volgrad::sampler::bidirectional::{Bidirectional, Bundle, Heuristic, Joined, MOST_LIGHT_VERTICES, Options};
-use volgrad::shift::{self, Kernel, Mode};
+use volgrad::shift::{self, Kernel, Mode, Radius};
 
 /// Sums of products in another order, relative to the sum's brightest channel.
 const ROUNDING: f64 = 1e-9;
@@ -96,4 +97,50 @@ fn everything_moves_where_it_can() {
         let seen = check(&world, Mode::Exact, 0.0, 64);
         assert!((seen.moving / seen.all - 1.0).abs().max_element() < ROUNDING, "{name}");
     }
+}
+
+/// One contribution alone in a bundle moves as the whole path does that a chain shifts, by a run of one vertex: all members get the same
+/// splats in every mode, whether it leaves by an exit, onwards or through specular surfaces.
+#[test]
+fn a_contribution_alone_moves_like_its_path() {
+    let modes = [Mode::FirstOrder, Mode::LinearDepth, Mode::TwoLevel, Mode::Exact, Mode::Exchangeable];
+    let kernels = [Kernel::Disk(Radius::Pixels(0.7)), Kernel::Tile];
+    let (mut exits, mut onwards, mut chains) = (0, 0, 0);
+    let specular = ("edges with specular surfaces", edges_with_specular_surfaces());
+    for (name, world) in worlds::media().into_iter().chain(worlds::materials()).chain([specular]) {
+        let scene = world.scene();
+        for (mode, kernel) in modes.into_iter().flat_map(|mode| kernels.map(|kernel| (mode, kernel))) {
+            let shift = shift::Options { exact_count: 2, ..shift::Options::new(mode, kernel, 8) };
+            let options = Options { shift: Some(shift), ..options(4, Heuristic::Balance) };
+            let sampler = Bidirectional { scene: &scene, queries: &world.geometry, options };
+            let (mut bundle, mut whole) = (Bundle::default(), None);
+            let mut worst = 0.0_f64;
+            for (pass, pixel) in (0..6).flat_map(|pass| (0..pixels(&world)).map(move |pixel| (pass, pixel))) {
+                each_technique(&sampler, pass, pixel, |sample| {
+                    let joined =
+                        Joined { scene: &scene, camera: sample.camera, light: sample.light, connection: &sample.connection };
+                    bundle.clear();
+                    bundle.add(&joined, &world.geometry, &shift).expect("the toy host never stops");
+                    let moves = joined.prepare(&world.geometry, &shift, &mut whole).expect("the toy host never stops");
+                    let alone = bundle.finish();
+                    assert_eq!(alone.is_some(), moves, "{name}");
+                    let (Some(alone), Some(whole)) = (alone, whole.as_ref().filter(|_| moves)) else { return };
+                    exits += alone.exits().len();
+                    onwards += usize::from(alone.onwards.is_some());
+                    chains += usize::from(alone.chain.is_some());
+                    let found = splats(&world, &shift, alone, u64::from(pixel));
+                    let expected = splats(&world, &shift, whole, u64::from(pixel));
+                    assert_eq!(found.len(), expected.len());
+                    let largest = expected.iter().map(|(_, colour)| colour.abs().max_element()).fold(0.0, f64::max);
+                    for ((p, a), (q, b)) in found.iter().zip(&expected) {
+                        assert_eq!(p, q);
+                        let error = (*a - *b).abs().max_element() / largest;
+                        worst = if error > worst || error.is_nan() { error } else { worst };
+                    }
+                });
+            }
+            assert!(worst < ROUNDING, "{name}, {mode:?}, {kernel:?}: {worst:e}");
+        }
+    }
+    assert!(exits > 1000 && onwards > 1000 && chains > 20, "{exits} exits, {onwards} onwards, {chains} chains");
 }
