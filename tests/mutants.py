@@ -933,7 +933,7 @@ MUTANTS = [
         "bundle: shifted contributions are weighted twice",
         "src/sampler/bidirectional/shiftable.rs",
         "luminance(self.connection.value) * self.connection.weight / luminance(value * rest);",
-        "luminance(self.connection.value) * self.connection.weight.powi(2) / luminance(value * rest);",
+        "luminance(self.connection.value) * self.connection.weight * self.connection.weight / luminance(value * rest);",
         "bidirectional a_bundle_and_what_stays_are_the_sample",
     ),
     Mutant(
