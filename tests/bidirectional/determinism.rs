@@ -6,9 +6,10 @@ use crate::{options, pixels, worlds};
 use std::cell::Cell as Counter;
 use std::ops::Range;
 use volgrad::film::{Cell, Film};
+use volgrad::math::{Colour, DVec3};
 use volgrad::sampler::Stats;
 use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Options};
-use volgrad::scene::{Hit, Queries, Ray, Stop};
+use volgrad::scene::{Falloff, Hit, Light, Queries, Ray, Stop};
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
 const PASSES: u64 = 8;
@@ -127,7 +128,10 @@ impl Queries for Stopping<'_> {
 /// Wherever that is, going on behind the last whole sample loses nothing and doubles nothing.
 #[test]
 fn a_stop_leaves_whole_samples() {
-    let world = edges_with_specular_surfaces();
+    // From the spot light some of a sample stays while the rest moves.
+    let (position, axis) = (DVec3::new(0.3, 2.7, -0.8), DVec3::new(0.0, -0.7, 0.7).normalize());
+    let spot = Light::Spot { position, axis, intensity: Colour::splat(20.0), falloff: Falloff::new(0.97, 0.6) };
+    let world = edges_with_specular_surfaces().light(spot, 1.0);
     let unshifted = Options { roulette: 0.1, ..options(5, Heuristic::Balance) };
     for options in all_shifts().into_iter().chain([unshifted]) {
         let n = pixels(&world);
