@@ -12,7 +12,7 @@ use volgrad::phase::Phase;
 use volgrad::sampler::{self, shift_numbers};
 use volgrad::scene::{Hit, Light, Queries, Ray, Stop};
 use volgrad::shift::{
-    self, Depth, Draw, Kernel, Link, MAX_RUN, Mode, Next, Onwards, Options, Place, Radius, RunVertex, Shiftable, Tile,
+    self, Depth, Draw, Exit, Kernel, Link, MAX_RUN, Mode, Next, Onwards, Options, Place, Radius, RunVertex, Shiftable, Tile,
     from_path,
 };
 
@@ -160,12 +160,14 @@ fn open_path(length: usize) -> (World, Shiftable) {
             depth: Depth::default(),
             to_previous: v.normalize(),
             distance: v.length(),
-            light: Some((link, Colour::ONE)),
         }
     };
     let mut path = Shiftable::new(image, vertex(0));
     for i in 1..length {
         assert!(path.push(vertex(i)));
+    }
+    for from in 0..length {
+        assert!(path.leave(Exit { from, link, wing: None, rest: Colour::ONE }));
     }
     let next = Next::Point { position: point(length), normal: None };
     let mut onwards = Onwards::new(Link { next, depth: Depth::default() }, length - 1, Phase::ISOTROPIC);

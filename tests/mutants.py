@@ -942,6 +942,77 @@ MUTANTS = [
         "value * w",
         "metropolis the_thesis_is_biased_at_a_large_radius",
     ),
+    # Shifted bidirectional samples, fewer techniques, what is left to chance.
+    Mutant(
+        "bundle: of what goes on from x_2 only the last contribution counts",
+        "src/sampler/bidirectional/bundle.rs",
+        "*sum += rest;",
+        "*sum = rest;",
+        "bidirectional a_bundle_and_what_stays_are_the_sample",
+    ),
+    Mutant(
+        "bundle: shifted contributions are weighted twice",
+        "src/sampler/bidirectional/shiftable.rs",
+        "luminance(self.connection.value) * self.connection.weight / luminance(value * rest);",
+        "luminance(self.connection.value) * self.connection.weight * self.connection.weight / luminance(value * rest);",
+        "bidirectional a_bundle_and_what_stays_are_the_sample",
+    ),
+    Mutant(
+        "an exit's phase function is that of the path itself",
+        "src/shift/run.rs",
+        "self.values[g] = exit.wing.map_or(value, |(phase, to_other)| value * phase.eval(-aim.direction.dot(to_other)));",
+        "self.values[g] = value;",
+        "bidirectional a_contribution_alone_moves_like_its_path",
+    ),
+    Mutant(
+        "weights count techniques with more vertices from a light than are made",
+        "src/sampler/bidirectional/mis.rs",
+        "if connects(camera, i) && connects(camera, i - 1) && has(i) {",
+        "if connects(camera, i) && connects(camera, i - 1) {",
+        "bidirectional weights_of_few_techniques",
+    ),
+    Mutant(
+        "weights count what the camera would see of a light's subpath",
+        "src/sampler/bidirectional/mis.rs",
+        "technique.camera >= self.camera && technique.light <= self.light",
+        "technique.light <= self.light",
+        "bidirectional weights_of_few_techniques",
+    ),
+    Mutant(
+        "connections by chance count as if they were sure",
+        "src/sampler/bidirectional/connect.rs",
+        "(self.number < probability).then_some(probability)",
+        "(self.number < probability).then_some(1.0)",
+        "bidirectional with_roulette",
+    ),
+    Mutant(
+        "batches by chance count as if they were sure",
+        "src/sampler/bidirectional/mod.rs",
+        "film.add(place, colour / survival);",
+        "film.add(place, colour);",
+        "bidirectional shifted_in_toys",
+    ),
+    Mutant(
+        "what stays of a sample is added before its batch, which may stop",
+        "src/sampler/bidirectional/mod.rs",
+        "let plain = bundle.plain;",
+        "film.add(place, bundle.plain);\n            let plain = Colour::ZERO;",
+        "bidirectional a_stop_leaves_whole_samples",
+    ),
+    Mutant(
+        "a tile's point of the lens is that of the first pixel sampled here",
+        "src/sampler/camera_samples.rs",
+        "number(left, top)).vertex(0)",
+        "number(x, y).max(number(left, top))).vertex(0)",
+        "bidirectional any_division_of_a_shifted_pass_gives_the_same_bits",
+    ),
+    Mutant(
+        "walks beyond what is left out are rarer, but do not count for more",
+        "src/sampler/path_tracer.rs",
+        "let weight = sample.weight / survival;",
+        "let weight = sample.weight / self.survival(depth);",
+        "bidirectional paths_longer_than_those_left_out",
+    ),
 ]
 
 

@@ -11,7 +11,7 @@ use volgrad::medium::{Line, Medium, optical_depth};
 use volgrad::sampler::shift_numbers;
 use volgrad::scene::{Camera, ImagePoint, Light, Queries, Ray, Scene, View};
 use volgrad::shift::{
-    Bounds, Depth, Draw, Kernel, Link, Mode, Next, Options, Place, RunVertex, Shiftable, Tile, Tiling, shift,
+    Bounds, Depth, Draw, Exit, Kernel, Link, Mode, Next, Options, Place, RunVertex, Shiftable, Tile, Tiling, shift,
 };
 
 fn cropped([left, top, width, height]: [u32; 4]) -> Camera {
@@ -152,17 +152,11 @@ impl<'a> Point<'a> {
         let ray = self.view.ray;
         let image = ImagePoint { pixel: self.view.pixel, ray, distance: self.t };
         let link = Link { next: Next::Direction(TO_LIGHT), depth: Depth::constant(self.depths[1]) };
-        Shiftable::new(
-            image,
-            RunVertex {
-                x: self.x,
-                place: Place::Medium(0),
-                depth: Depth::constant(self.depths[0]),
-                to_previous: -ray.direction,
-                distance: self.t,
-                light: Some((link, Colour::ONE)),
-            },
-        )
+        let depth = Depth::constant(self.depths[0]);
+        let first = RunVertex { x: self.x, place: Place::Medium(0), depth, to_previous: -ray.direction, distance: self.t };
+        let mut path = Shiftable::new(image, first);
+        path.leave(Exit { from: 0, link, wing: None, rest: Colour::ONE });
+        path
     }
 }
 

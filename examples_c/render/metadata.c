@@ -90,7 +90,7 @@ static void add_sampler(metadata *m, const volgrad_path_sampler_options *sampler
     if (shift->mode != VOLGRAD_SHIFT_NONE) {
         add_text(m, "shiftKernel", options_kernel_name(shift->kernel));
         add_number(m, "shiftCount", shift->count);
-        add_number(m, "shiftRun", shift->run);
+        add_number(m, "shiftRun", sampler->shift.run);
         if (shift->kernel != VOLGRAD_KERNEL_TILE) {
             const char *name = shift->radius_unit == VOLGRAD_RADIUS_PIXELS ? "shiftRadiusPixels" : "shiftRadiusWorld";
             add_number(m, name, shift->radius);

@@ -47,6 +47,7 @@ static int set_bidirectional(samplers *all, const options *o)
     all->bidirectional.seed = o->seed;
     all->bidirectional.light_vertices = o->light_vertices;
     all->bidirectional.shift = o->shift;
+    all->path.shift.run = 1; /* as there */
     leave_out(all, shortest, all->bidirectional.max_length);
     set_guide(all, o, all->bidirectional.max_length);
     return 1;

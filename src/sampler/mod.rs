@@ -10,6 +10,7 @@ mod path_tracer;
 mod primary;
 mod record;
 
+pub use camera_samples::CameraSamples;
 pub use lengths::Lengths;
 pub use path_tracer::{Options, PathTracer, Stats};
 pub use primary::{PrimarySample, RandomNumbers, SLOTS, Slot, VertexNumbers, line_numbers, shift_numbers, tile_numbers};

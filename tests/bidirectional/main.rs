@@ -7,9 +7,11 @@
 mod toy;
 
 mod agreement;
+mod bundles;
 mod densities;
 mod determinism;
 mod furnace;
+mod left_out;
 mod path;
 mod sun;
 mod techniques;
@@ -20,15 +22,15 @@ mod worlds;
 use toy::Geometry;
 use toy::estimate::{Estimate, Mean};
 use toy::scenes::World;
-use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Options};
-use volgrad::sampler::{self, Lengths, PathTracer, Stats};
+use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, Options, Sample, Subpath};
+use volgrad::sampler::{self, CameraSamples, Lengths, PathTracer, Stats};
 use volgrad::scene::Scene;
 
 const MOST: f64 = 4.0;
 const MOST_OF_PIXELS: f64 = 4.8;
 
 fn options(max_length: u32, heuristic: Heuristic) -> Options {
-    Options { max_length, rr_depth: 3, seed: 2, heuristic }
+    Options { max_length, rr_depth: 3, seed: 2, heuristic, light_vertices: MAX_LENGTH, roulette: 0.0, shift: None }
 }
 
 /// All that is seen: what the path sampler keeps for itself, light seen directly or through specular surfaces alone, and the rest.
@@ -68,6 +70,18 @@ fn tracer<'a>(
 ) -> PathTracer<'a, Geometry> {
     let options = sampler::Options { max_depth, rr_depth: 3, seed, shift: None, left_out };
     PathTracer { scene, queries: &world.geometry, options }
+}
+
+/// Tells all that the sample through a pixel makes. Pixels are numbered row by row.
+fn each_technique<'a>(sampler: &Bidirectional<'a, Geometry>, pass: u64, pixel: u32, mut tell: impl FnMut(&Sample)) {
+    let (mut camera, mut light) = (Subpath::default(), Subpath::default());
+    let mut samples = CameraSamples::new(sampler.scene, sampler.queries, None, sampler.options.seed, pass);
+    let first = samples.sample(pixel, &mut Stats::default()).expect("the toy host never stops");
+    let tell = |sample: &Sample| {
+        tell(sample);
+        Ok(())
+    };
+    sampler.sample(pass, first, &mut camera, &mut light, &mut Stats::default(), tell).expect("the toy host never stops");
 }
 
 /// Of the crop.

@@ -7,11 +7,10 @@
 use crate::path::Path;
 use crate::toy::estimate::{BATCHES, Mean, scale};
 use crate::toy::scenes::World;
-use crate::{MOST, options, pixels, worlds};
+use crate::{MOST, each_technique, options, pixels, worlds};
 use std::collections::{BTreeMap, BTreeSet};
 use volgrad::math::luminance;
-use volgrad::sampler::Stats;
-use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Subpath};
+use volgrad::sampler::bidirectional::{Bidirectional, Heuristic};
 
 const LONGEST: u32 = 4;
 
@@ -34,7 +33,6 @@ struct Found {
 fn batch(world: &World, batch: u64, passes: u64) -> BTreeMap<Class, Found> {
     let scene = world.scene();
     let sampler = Bidirectional { scene: &scene, queries: &world.geometry, options: options(LONGEST, Heuristic::Balance) };
-    let (mut camera, mut light) = (Subpath::default(), Subpath::default());
     let mut found: BTreeMap<Class, Found> = BTreeMap::new();
     for pass in batch * passes..(batch + 1) * passes {
         for pixel in 0..pixels(world) {
@@ -51,9 +49,7 @@ fn batch(world: &World, batch: u64, passes: u64) -> BTreeMap<Class, Found> {
                 sum.weighted += value * sample.connection.weight;
                 assert!(path.can_make(sample.light.len()));
             };
-            sampler
-                .sample(pass, pixel, &mut camera, &mut light, &mut Stats::default(), tell)
-                .expect("the toy host never stops");
+            each_technique(&sampler, pass, pixel, tell);
         }
     }
     found

@@ -3,12 +3,12 @@
 
 use crate::path::Path;
 use crate::toy::scenes::World;
-use crate::{options, pixels, worlds};
+use crate::{each_technique, options, pixels, worlds};
 use std::collections::BTreeMap;
 use volgrad::math::{DVec3, luminance};
 use volgrad::medium::NONE;
 use volgrad::sampler::bidirectional::thesis::{EMPTY, Moving, Options};
-use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Joined, Kind, Sample, Subpath};
+use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Joined, Kind, Sample};
 use volgrad::sampler::{Stats, line_numbers};
 use volgrad::scene::{HIT_NONE, Hit, Queries, Ray, Scene};
 
@@ -120,7 +120,6 @@ fn each(world: &World, passes: u64, mut tell: impl FnMut(&Subject)) {
     let scene = world.scene();
     let options = volgrad::sampler::bidirectional::Options { rr_depth: 99, ..options(LONGEST, Heuristic::Balance) };
     let sampler = Bidirectional { scene: &scene, queries: &world.geometry, options };
-    let (mut camera, mut light) = (Subpath::default(), Subpath::default());
     let mut random = line_numbers(3, 0);
     for pass in 0..passes {
         for pixel in 0..pixels(world) {
@@ -134,7 +133,7 @@ fn each(world: &World, passes: u64, mut tell: impl FnMut(&Subject)) {
                 let along = if path.vertex(2).is_specular() { path.directions(1).1 } else { any };
                 tell(&Subject { world, scene: &scene, sample, along });
             };
-            sampler.sample(pass, pixel, &mut camera, &mut light, &mut Stats::default(), tell).expect("never stops");
+            each_technique(&sampler, pass, pixel, tell);
         }
     }
 }

@@ -3,10 +3,10 @@
 
 use crate::path::Path;
 use crate::toy::scenes::World;
-use crate::{options, pixels, worlds};
+use crate::{each_technique, options, pixels, worlds};
 use std::collections::BTreeSet;
-use volgrad::sampler::Stats;
-use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Options, Sample, Subpath};
+use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, MOST_LIGHT_VERTICES, Options, Sample};
+use volgrad::shift::{self, Kernel, Mode};
 
 const LONGEST: u32 = 5;
 
@@ -16,15 +16,12 @@ const ROUNDING: f64 = 1e-4;
 const ROUNDING_OF_WEIGHTS: f64 = 1e-5;
 
 /// Tells all connections of some samples, without roulette: that is in values, but in no density.
-fn each(world: &World, heuristic: Heuristic, passes: u64, mut tell: impl FnMut(&Sample)) {
+fn each(world: &World, options: Options, passes: u64, mut tell: impl FnMut(&Sample)) {
     let scene = world.scene();
-    let options = Options { rr_depth: 99, ..options(LONGEST, heuristic) };
     let sampler = Bidirectional { scene: &scene, queries: &world.geometry, options };
-    let (mut camera, mut light) = (Subpath::default(), Subpath::default());
     for pass in 0..passes {
         for pixel in 0..pixels(world) {
-            let stats = &mut Stats::default();
-            sampler.sample(pass, pixel, &mut camera, &mut light, stats, &mut tell).expect("the toy host never stops");
+            each_technique(&sampler, pass, pixel, &mut tell);
         }
     }
 }
@@ -40,12 +37,16 @@ struct Seen {
     chains: BTreeSet<usize>,
 }
 
-fn check(world: &World, heuristic: Heuristic) -> Seen {
+/// Of the techniques with as many vertices from the camera, and from a light: they alone make paths.
+fn check(world: &World, options: Options, camera: usize, light: usize) -> Seen {
     let mut seen = Seen::default();
-    each(world, heuristic, 40, |sample| {
+    let heuristic = options.heuristic;
+    each(world, options, 40, |sample| {
         let path = Path::new(world, sample);
         let s = sample.light.len();
-        let densities = path.densities();
+        assert!(s <= light && sample.camera.len() >= camera);
+        let most = light.min(path.length() + 1 - camera);
+        let densities = &path.densities()[..=most];
         let power = |p: &f64| if heuristic == Heuristic::Power { p * p } else { *p };
         let weight = power(&densities[s]) / densities.iter().map(power).sum::<f64>();
         let expected = path.contribution() / densities[s];
@@ -74,7 +75,8 @@ fn check_all(worlds: Vec<(&str, World)>) -> Seen {
     let mut all = Seen::default();
     for (name, world) in worlds {
         for heuristic in [Heuristic::Balance, Heuristic::Power] {
-            let seen = check(&world, heuristic);
+            let options = Options { rr_depth: 99, ..options(LONGEST, heuristic) };
+            let seen = check(&world, options, 1, MAX_LENGTH);
             println!(
                 "{name}, {heuristic:?}: {} connections, values {:.1e}, weights {:.1e}",
                 seen.count, seen.value, seen.weight
@@ -120,4 +122,27 @@ fn weights_through_glass() {
 #[test]
 fn weights_of_guided_subpaths() {
     check_all(worlds::guided());
+}
+
+/// Few vertices from lights, and none that the camera sees itself: what such techniques would have made is shared among the others.
+#[test]
+fn weights_of_few_techniques() {
+    let shift = shift::Options::new(Mode::Exact, Kernel::Tile, 8);
+    let shifts = (2, MOST_LIGHT_VERTICES, Some(shift));
+    for (camera, light, shift) in [(1, 1, None), (1, 2, None), (1, 3, None), (2, 1, Some(shift)), shifts] {
+        let mut techniques = BTreeSet::new();
+        let worlds = worlds::lights().into_iter().chain(worlds::materials()).chain(worlds::glass());
+        for (name, world) in worlds {
+            for heuristic in [Heuristic::Balance, Heuristic::Power] {
+                let options = Options { rr_depth: 99, light_vertices: light, shift, ..options(LONGEST, heuristic) };
+                let seen = check(&world, options, camera, light);
+                let Seen { value, weight, count, .. } = seen;
+                println!("{name}, {heuristic:?}, ({light}, {camera}): {count}, values {value:.1e}, weights {weight:.1e}");
+                assert!(value < ROUNDING && weight < ROUNDING_OF_WEIGHTS && count > 10, "{name}, {heuristic:?}");
+                techniques.extend(seen.techniques);
+            }
+        }
+        let possible = (0..=light).flat_map(|s| (camera..=6).map(move |t| (s, t))).filter(|(s, t)| (3..=6).contains(&(s + t)));
+        assert_eq!(techniques, possible.collect());
+    }
 }

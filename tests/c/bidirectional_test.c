@@ -81,6 +81,39 @@ static void test_mean(void) {
         CHECK_NEAR(both.mean, path.mean, 4.5 * error);
         CHECK(error > 0 && error < 0.01 * path.mean);
     }
+    for (uint32_t lights = 1; lights <= 3; lights += 2) {
+        options.light_vertices = lights;
+        options.roulette = (float)path.mean;
+        options.shift.mode = lights == 1 ? VOLGRAD_SHIFT_NONE : VOLGRAD_SHIFT_EXCHANGEABLE;
+        estimate few = mean_of_passes(24, 1);
+        double error = sqrt(path.squared_error + few.squared_error);
+        CHECK_NEAR(few.mean, path.mean, 4.5 * error);
+        CHECK(error > 0 && error < 0.02 * path.mean);
+    }
+}
+
+/* Each option makes another image; without a limit, lights' subpaths that are shifted have three vertices. */
+static void test_options(void) {
+    make_scene();
+    volgrad_path_sampler_stats stats = no_stats();
+    CHECK_STATUS(run(3, 0, PIXELS, clear(0), NULL), VOLGRAD_OK);
+    options.light_vertices = 1;
+    CHECK_STATUS(run(3, 0, PIXELS, clear(1), NULL), VOLGRAD_OK);
+    CHECK(memcmp(block[0], block[1], BYTES) != 0);
+    options.light_vertices = 0;
+    options.roulette = 1;
+    CHECK_STATUS(run(3, 0, PIXELS, clear(1), NULL), VOLGRAD_OK);
+    CHECK(memcmp(block[0], block[1], BYTES) != 0);
+    options.shift.mode = VOLGRAD_SHIFT_EXACT;
+    options.roulette = 0;
+    CHECK_STATUS(run(3, 0, PIXELS, clear(1), &stats), VOLGRAD_OK);
+    CHECK(memcmp(block[0], block[1], BYTES) != 0 && stats.shifted_paths > PIXELS / 4 && stats.shifts > stats.shifted_paths);
+    options.light_vertices = 3;
+    CHECK_STATUS(run(3, 0, PIXELS, clear(0), NULL), VOLGRAD_OK);
+    CHECK(memcmp(block[0], block[1], BYTES) == 0);
+    options.shift.run = 5; /* one vertex moves, whatever it says */
+    CHECK_STATUS(run(3, 0, PIXELS, clear(0), NULL), VOLGRAD_OK);
+    CHECK(memcmp(block[0], block[1], BYTES) == 0);
 }
 
 static void test_ranges(void) {
@@ -140,12 +173,23 @@ static void test_refusals(void) {
     BAD(options.max_length = 1, VOLGRAD_ERROR_RANGE);
     BAD(options.max_length = VOLGRAD_MAX_LENGTH + 1, VOLGRAD_ERROR_RANGE);
     BAD(options.heuristic = 2, VOLGRAD_ERROR_KIND);
+    BAD(options.roulette = -0.5f, VOLGRAD_ERROR_RANGE);
+    BAD(options.roulette = NAN, VOLGRAD_ERROR_NOT_FINITE);
+    BAD(options.roulette = INFINITY, VOLGRAD_ERROR_NOT_FINITE);
+    BAD(options.shift.struct_size -= 4, VOLGRAD_ERROR_STRUCT_SIZE);
+    BAD(options.shift.struct_size = 0, VOLGRAD_ERROR_STRUCT_SIZE);
+    BAD(options.shift.mode = 99, VOLGRAD_ERROR_KIND);
+    BAD((options.shift.mode = VOLGRAD_SHIFT_THESIS, options.shift.kernel = VOLGRAD_KERNEL_BALL,
+         options.shift.radius_unit = VOLGRAD_RADIUS_WORLD), VOLGRAD_ERROR_KIND);
+    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.light_vertices = 4), VOLGRAD_ERROR_RANGE);
+    BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.light_vertices = UINT32_MAX), VOLGRAD_ERROR_RANGE);
     CHECK(memcmp(block[0], block[1], BYTES) == 0);
 
     volgrad_bidirectional_options o;
     CHECK_STATUS(volgrad_bidirectional_options_default(&o, sizeof o), VOLGRAD_OK);
     CHECK(o.struct_size == sizeof o && o.max_length == VOLGRAD_MAX_LENGTH && o.rr_depth == 5 && o.seed == 0);
-    CHECK(o.heuristic == VOLGRAD_HEURISTIC_BALANCE);
+    CHECK(o.heuristic == VOLGRAD_HEURISTIC_BALANCE && o.light_vertices == 0 && o.roulette == 0);
+    CHECK(o.shift.mode == VOLGRAD_SHIFT_NONE && o.shift.struct_size == sizeof o.shift);
     FILL(o);
     CHECK_STATUS(volgrad_bidirectional_options_default(&o, offsetof(volgrad_bidirectional_options, heuristic)), VOLGRAD_OK);
     CHECK(UNTOUCHED(o.heuristic) && UNTOUCHED(o.seed));
@@ -234,6 +278,7 @@ static void test_callbacks(void) {
 
 int main(void) {
     test_mean();
+    test_options();
     test_ranges();
     test_refusals();
     test_techniques();

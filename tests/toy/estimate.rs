@@ -136,7 +136,8 @@ impl Estimate {
         }
     }
 
-    fn minus(&self, other: &Self) -> Self {
+    /// The difference, batch by batch.
+    pub fn minus(&self, other: &Self) -> Self {
         self.with(other, |a, b| a - b)
     }
 

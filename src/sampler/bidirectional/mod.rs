@@ -9,7 +9,7 @@ mod subpath;
 pub mod thesis;
 mod vertex;
 
-pub use bundle::MOST_LIGHT_VERTICES;
+pub use bundle::{Bundle, MOST_LIGHT_VERTICES};
 pub use connect::{Connection, Connector, Roulette};
 pub use mis::{Heuristic, Repertoire};
 pub use shiftable::Joined;
@@ -23,7 +23,6 @@ use crate::film::Film;
 use crate::math::{Colour, DVec2, luminance};
 use crate::scene::{GUIDE_SIDE, Queries, Scene, Stop};
 use crate::shift::{self, Scratch};
-use bundle::Bundle;
 use core::ops::Range;
 
 #[derive(Clone, Copy, Debug)]
@@ -195,7 +194,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     }
 
     /// Everything that the two subpaths of one sample make, told to `tell` one by one.
-    fn sample(
+    pub fn sample(
         &self,
         pass: u64,
         first: CameraSample,
