@@ -7,10 +7,10 @@ use crate::unbiased_shifts;
 use volgrad::math::{Colour, DVec2, DVec3};
 use volgrad::medium::{NONE, Segment};
 use volgrad::path::{self, Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE};
-use volgrad::sampler::Stats;
 use volgrad::sampler::bidirectional::{
     Bidirectional, Connection, Edge, Heuristic, Joined, Kind, Options, Sample, Subpath, Vertex,
 };
+use volgrad::sampler::{CameraSamples, Stats};
 use volgrad::scene::Scene;
 use volgrad::shift::{self, Kernel, Mode, Radius, Shiftable, from_path};
 
@@ -129,14 +129,20 @@ impl<'a> Whole<'a> {
 /// Paths of all techniques, of up to five edges.
 fn each_path(world: &World, samples: u64, mut check: impl FnMut(&Whole)) {
     let scene = world.scene();
-    let options = Options { max_length: 5, rr_depth: 9, seed: 8, heuristic: Heuristic::Balance };
+    let (max_length, heuristic, light_vertices) = (5, Heuristic::Balance, usize::MAX);
+    let options = Options { max_length, rr_depth: 9, seed: 8, heuristic, light_vertices, roulette: 0.0, shift: None };
     let sampler = Bidirectional { scene: &scene, queries: &world.geometry, options };
     let (mut camera, mut light) = (Subpath::default(), Subpath::default());
     let pixels = u64::from(world.camera.width * world.camera.height);
     for pass in 0..samples {
         let pixel = (pass * 37 % pixels) as u32;
-        let tell = |sample: &Sample| check(&Whole::new(world, &scene, sample));
-        sampler.sample(pass, pixel, &mut camera, &mut light, &mut Stats::default(), tell).expect("never stops");
+        let mut stats = Stats::default();
+        let first = CameraSamples::new(&scene, &world.geometry, None, options.seed, pass).sample(pixel, &mut stats);
+        let tell = |sample: &Sample| {
+            check(&Whole::new(world, &scene, sample));
+            Ok(())
+        };
+        sampler.sample(pass, first.expect("never stops"), &mut camera, &mut light, &mut stats, tell).expect("never stops");
     }
 }
 
