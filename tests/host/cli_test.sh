@@ -343,6 +343,22 @@ check "--crop: the file's windows" header "$work/crop.exr" \
 check "--time stops" image timed --time 0.5
 check "--max-depth" image shallow --spp 1 --max-depth 1
 
+# ---- ways to render ----
+
+expect 2 "--integrator auto chooses shifts itself" "$scene" -o "$work/a.exr" --integrator auto --shift exact
+expect 2 "--guide means nothing without" "$scene" -o "$work/a.exr" --guide 1
+few="--max-depth 6 --crop 32,32,96,96 --seed 5"
+expect 0 "--integrator bdpt" "$scene" -o "$work/auto.exr" $few --spp 16
+check "auto: on one thread" image auto-1 $few --spp 16 --threads 1
+check "auto: the same on any number of threads" same "$work/auto.exr" "$work/auto-1.exr"
+check "auto: the chosen way" image auto-bdpt $few --spp 16 --integrator bdpt
+check "auto: the image is that of the chosen way" same "$work/auto.exr" "$work/auto-bdpt.exr"
+check "auto: the file names it" header "$work/auto.exr" "h['integrator'] == 'bdpt' and h['heuristic'] == 'balance'"
+expect 0 "--integrator path" "$root/scenes/smoke.xml" -o "$work/auto-smoke.exr" --spp 16
+check "auto: few samples are traced as paths" image auto-few $few --spp 2
+check "auto: few samples as paths" image path-few $few --spp 2 --integrator path
+check "auto: few samples are paths" same "$work/auto-few.exr" "$work/path-few.exr"
+
 # ---- Ctrl-C ----
 
 interrupt() { # NAME ARGUMENTS...: Ctrl-C after a while; leaves the exit status in $status
@@ -360,12 +376,12 @@ number() { # FILE NAME: of an attribute
     "$python" -c "import sys, OpenEXR; print('%.0f' % OpenEXR.File(sys.argv[1], header_only=True).header()[sys.argv[2]][0])" "$1" "$2"
 }
 
-interrupt stopped
+interrupt stopped --integrator path
 check "Ctrl-C: exit status 130, not $status" test "$status" -eq 130
 check "Ctrl-C: says so" grep -q "ending this pass" "$work/messages"
 check "Ctrl-C: whole passes" header "$work/stopped.exr" "h['samplesPerPixel'] >= 1 and h['samplesPerPixel'] % 1 == 0"
 passes=$(number "$work/stopped.exr" samplesPerPixel)
-check "Ctrl-C: the same passes without" image whole --seed 3 --spp "$passes"
+check "Ctrl-C: the same passes without" image whole --seed 3 --integrator path --spp "$passes"
 check "Ctrl-C: the image is that of those passes" same "$work/stopped.exr" "$work/whole.exr"
 # In passes, in learning guides, in the bootstrap, in rounds.
 for arguments in "bdpt" "bdpt --guide 100000" "mmlt" "mmlt --bootstrap 9000"; do
