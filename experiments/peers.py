@@ -35,7 +35,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "validate"))
 
 import peers_report  # noqa: E402
-from peers_report import BDPT, MMLT, MMLT_SHIFTED, PLAIN, ROUNDS, SCENES, SHIFTED, SPECULAR, TILES, tile_name  # noqa: E402
+from peers_report import BDPT, BDPT_SHIFTED, MMLT, MMLT_SHIFTED, PLAIN, ROUNDS, SCENES, SHIFTED, SPECULAR, TILES, tile_name  # noqa: E402
 from images import exposure_of, read, relative_mse, tonemap, upscale, write_side_by_side  # noqa: E402
 from mitsuba_renders import Mitsuba  # noqa: E402
 
@@ -46,6 +46,12 @@ SHIFTS = {
     "room": f"{TILE} --shift-run 1 --shift-count 35",
     "cloud": f"{TILE} --shift-run 1 --shift-count 3",
     "caustic": f"{TILE} --shift-run 1 --shift-count 8",
+}
+BIDIRECTIONAL_SHIFTS = {
+    "smoke": f"{TILE} --shift-count 8",
+    "room": f"{TILE} --shift-count 35",
+    "cloud": f"{TILE} --shift-count 8",
+    "caustic": f"{TILE} --shift-count 8",
 }
 CHAIN_SHIFTS = {
     "smoke": f"{TILE} --shift-run 3 --shift-count 8",
@@ -109,6 +115,10 @@ def bidirectional(scene, count):
     return f"--spp {count} --integrator bdpt"
 
 
+def shifted_bidirectional(scene, count):
+    return f"{bidirectional(scene, count)} {BIDIRECTIONAL_SHIFTS[scene]}"
+
+
 def chains(scene, count):
     return f"--integrator mmlt --mutations {count} --bootstrap {round(BOOTSTRAP * count * PIXELS)}"
 
@@ -127,7 +137,8 @@ class Peer:
 
 def all_programs(renderer, output):
     """volgrad's, and those Mitsubas that run here."""
-    commands = {PLAIN: paths, SHIFTED: shifted_paths, BDPT: bidirectional, MMLT: chains, MMLT_SHIFTED: shifted_chains}
+    commands = {PLAIN: paths, SHIFTED: shifted_paths, BDPT: bidirectional, BDPT_SHIFTED: shifted_bidirectional, MMLT: chains,
+                MMLT_SHIFTED: shifted_chains}
     programs = [Volgrad(name, renderer, output, options) for name, options in commands.items()]
     for peer in [Peer(v, output / "home") for v in VARIANTS]:
         try:

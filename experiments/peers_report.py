@@ -22,7 +22,7 @@ TARGET = 0.1  # relative RMSE
 COLUMNS = ["scene", "program", "length", "round", "spp", "cpu_seconds", "relative_mse", "image_mean"]
 SCENES = ["smoke", "room", "cloud", "caustic"]
 SPECULAR = ["room", "caustic"]  # scenes with surfaces beside which paths do not move
-OURS = PLAIN, SHIFTED, BDPT, MMLT, MMLT_SHIFTED = "path", "path + shifts", "bdpt", "mmlt", "mmlt + shifts"
+OURS = PLAIN, SHIFTED, BDPT, BDPT_SHIFTED, MMLT, MMLT_SHIFTED = "path", "path + shifts", "bdpt", "bdpt + shifts", "mmlt", "mmlt + shifts"
 TILES = [9, 16]  # pixels
 
 
