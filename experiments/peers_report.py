@@ -39,6 +39,7 @@ class Measurements:
         self.about = lines[0].removeprefix("# ")
         self.rows = list(csv.DictReader(lines[1:]))
         self.programs = list(dict.fromkeys(r["program"] for r in self.rows if r["program"] not in map(tile_name, TILES)))
+        self.ours = [p for p in OURS if p in self.programs]
 
     def column(self, scene, program, name, length="long"):
         """By round, the warm-up left out."""
@@ -90,7 +91,7 @@ def movable(m, scene):
 
 def readme_row(m, scene):
     ours, peer = m.best(scene, True), m.best(scene, False)
-    costs = {p: shown(*mean(m.cost(scene, p))) for p in (*OURS, peer)}
+    costs = {p: shown(*mean(m.cost(scene, p))) for p in (*m.ours, peer)}
     costs[ours] = f"**{costs[ours]}**"
     costs[peer] += f" {peer.removeprefix('Mitsuba ')}"
     return [scene, *costs.values(), shown(*ratio(m.cost(scene, peer), m.cost(scene, ours)))]
@@ -105,7 +106,7 @@ All measurements: [experiments/peers.md](experiments/peers.md); again with `make
 
 
 def readme_text(m):
-    header = ["scene", *OURS, "Mitsuba's best", "Mitsuba's best : volgrad's best"]
+    header = ["scene", *m.ours, "Mitsuba's best", "Mitsuba's best : volgrad's best"]
     return README.format(about=m.about, table=markdown(header, [readme_row(m, s) for s in SCENES]))
 
 
