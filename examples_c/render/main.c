@@ -142,7 +142,7 @@ static int render_and_write(const render_job *job, image_source *source, const c
     if (ok && image_write(source)) {
         exit_status = *job->stop ? EXIT_INTERRUPTED : EXIT_OK;
         if (source->options->stats) {
-            stats_print(&result, source->dropped);
+            stats_print(&result, job->ways[result.way].name, source->dropped);
         }
     }
     if (exit_status == EXIT_OK && source->options->techniques != NULL) {

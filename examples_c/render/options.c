@@ -318,7 +318,7 @@ static options_result check_line(const options *out, const usage *seen, int scen
     if (seen->needs_bdpt != NULL && out->integrator != INTEGRATOR_BDPT) {
         return refuse(seen->needs_bdpt, " means nothing without --integrator bdpt");
     }
-    if (seen->needs_lights != NULL && (out->integrator == INTEGRATOR_PATH || !seen->integrator)) {
+    if (seen->needs_lights != NULL && (out->integrator == INTEGRATOR_PATH || out->integrator == INTEGRATOR_AUTO)) {
         return refuse(seen->needs_lights, " means nothing without --integrator bdpt or mmlt");
     }
     if (seen->needs_mmlt != NULL && out->integrator != INTEGRATOR_MMLT) {
@@ -332,6 +332,10 @@ static options_result check_line(const options *out, const usage *seen, int scen
     }
     if (out->shift.mode != VOLGRAD_SHIFT_NONE && out->light_vertices > MOST_SHIFTED_LIGHT_VERTICES) {
         return refuse("", "--light-vertices: at most 3 with --shift");
+    }
+    if (out->shift.clamp > 0.0f && out->shift.mode != VOLGRAD_SHIFT_FIRST_ORDER && out->shift.mode != VOLGRAD_SHIFT_HALF_ORDER &&
+        !options_is_thesis(out->shift.mode)) {
+        return refuse("--shift-clamp", " goes with --shift first_order, half_order and thesis alone");
     }
     if (options_is_thesis(out->shift.mode)) {
         return check_thesis(out);

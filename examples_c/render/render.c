@@ -1,5 +1,6 @@
 #include "render.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -43,11 +44,11 @@ static int render_best_way(const render_job *job, const guide *g, render_result 
         ways[i] = job->ways[i];
         if (ways[i].bidirectional != NULL) {
             bidirectional[i] = *ways[i].bidirectional;
-            bidirectional[i].roulette = (float)(ways[i].roulette * g->brightness);
+            bidirectional[i].roulette = (float)fmin(ways[i].roulette * g->brightness, FLT_MAX);
             ways[i].bidirectional = &bidirectional[i];
         }
     }
-    if (!ways_choose(&guided, &result->way, &result->status)) {
+    if (!ways_choose(&guided, result)) {
         return 0;
     }
     guided.sampler = ways[result->way].sampler;

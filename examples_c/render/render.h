@@ -89,7 +89,9 @@ typedef struct {
 
 typedef struct {
     volgrad_status status;
-    unsigned way; /* number of the job's way that was chosen */
+    unsigned way;         /* number of the job's way that was chosen */
+    uint64_t trial_rays;  /* of the ways that were tried, which are not in `stats` */
+    double trial_seconds; /* that trials took */
     uint64_t passes;
     double wall_seconds;
     double cpu_seconds; /* of all threads */

@@ -64,17 +64,20 @@ static void print_chains(const chain_result *chains)
     print_lengths(chains);
 }
 
-void stats_print(const render_result *result, uint64_t dropped)
+void stats_print(const render_result *result, const char *way, uint64_t dropped)
 {
     const volgrad_path_sampler_stats *s = &result->stats;
-    double seconds = result->wall_seconds;
+    double seconds = result->wall_seconds - result->guide_seconds - result->trial_seconds;
     printf("%-16s %16" PRIu64 "\n", "passes", result->passes);
-    printf("%-16s %16.3f s\n", "wall time", seconds);
+    printf("%-16s %16.3f s\n", "wall time", result->wall_seconds);
     printf("%-16s %16.3f s\n", "processor time", result->cpu_seconds);
     if (result->guide_seconds > 0.0) {
         printf("%-16s %16" PRIu64 " in %.3f s\n", "guide samples", result->guide_samples, result->guide_seconds);
         printf("%-16s %16" PRIu64 "\n", "guide rays", result->guide_stats.rays + result->guide_stats.occlusion_rays);
         printf("%-16s %16" PRIu64 "\n", "guide overflows", result->guide_stats.overflows);
+    }
+    if (result->trial_rays > 0) {
+        printf("%-16s %16" PRIu64 " in %.3f s: %s\n", "trial rays", result->trial_rays, result->trial_seconds, way);
     }
     putchar('\n');
     printf("%-16s %16s %14s\n", "", "count", "per second");

@@ -4,7 +4,7 @@
 
 #include "render.h"
 
-/* To standard output. `dropped`: splats that were no numbers. */
-void stats_print(const render_result *result, uint64_t dropped);
+/* To standard output. `way`: the chosen one; `dropped`: splats that were no numbers. */
+void stats_print(const render_result *result, const char *way, uint64_t dropped);
 
 #endif

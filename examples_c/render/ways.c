@@ -5,14 +5,22 @@
 #include <string.h>
 
 #include "passes.h"
+#include "seconds.h"
 
 /* Of each way: their difference tells its error. */
 enum { TRIALS = 2 };
 
-/* The first way's trials are a small share of these. */
-enum { FEWEST_PASSES = 16 };
+/* Their numbers are neither the image's nor those that guides have learned from, which are of ~seed. */
+static const uint64_t TRIAL_SEED = 0x9e3779b97f4a7c15u;
 
-/* Of the work, or of the time limit: no way is tried after trials have taken more. */
+/* Rays are counted, and a tile that two blocks share is traced for both: blocks must not depend on the threads. */
+enum { BLOCK_PIXELS = 256 };
+
+/* With fewer, trials would take longer than the image. */
+enum { FEWEST_PASSES = 32 };
+
+/* Of the work, or of the time limit: trials end once they have taken more. The work of two ways is always worth it: they may be 20 times
+   apart. */
 static const double MOST_FOR_TRIALS = 0.15;
 
 /* The pixels' brightness, over which errors count, is known well enough only from this many together, along each side. */
@@ -25,6 +33,7 @@ typedef struct {
     const render_job *job;
     size_t values; /* of an image */
     float *images; /* of each way TRIALS */
+    uint64_t rays;            /* of all trials */
     unsigned tried;           /* ways, from the first on */
     double cost[MOST_WAYS];   /* of each way's trials, in rays */
     double errors[MOST_WAYS]; /* of each way */
@@ -47,7 +56,7 @@ static int try_way(contest *c, unsigned index, unsigned trial, volgrad_status *s
     volgrad_bidirectional_options bidirectional;
     passes p;
     render_result result = {.stats = {.struct_size = sizeof result.stats}};
-    sampler.seed = ~sampler.seed;
+    sampler.seed ^= TRIAL_SEED;
     job.sampler = &sampler;
     job.bidirectional = NULL;
     if (way->bidirectional != NULL) {
@@ -59,6 +68,8 @@ static int try_way(contest *c, unsigned index, unsigned trial, volgrad_status *s
     if (ok) {
         p.quiet = 1;
         p.done = trial;
+        p.block_pixels = BLOCK_PIXELS;
+        p.blocks_per_pass = (job.pixel_count + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
         *status = passes_run(&p, 1);
     }
     if (ok && *status == VOLGRAD_OK) {
@@ -66,7 +77,9 @@ static int try_way(contest *c, unsigned index, unsigned trial, volgrad_status *s
     }
     if (ok && *status == VOLGRAD_OK) {
         *status = volgrad_film_develop(result.film.film, 1.0, image_of(c, index, trial), c->values);
-        c->cost[index] += (double)(result.stats.rays + result.stats.occlusion_rays);
+        uint64_t rays = result.stats.rays + result.stats.occlusion_rays;
+        c->cost[index] += (double)rays;
+        c->rays += rays;
     }
     passes_free(&p);
     render_result_free(&result);
@@ -150,24 +163,24 @@ static void find_best(contest *c)
 static int have_cost_enough(const contest *c)
 {
     const render_job *job = c->job;
-    if (*job->stop || render_seconds_left(job) <= (1.0 - MOST_FOR_TRIALS) * job->max_seconds) {
+    if (render_seconds_left(job) <= (1.0 - MOST_FOR_TRIALS) * job->max_seconds) {
         return 1;
     }
-    double cost = 0.0;
-    for (unsigned i = 0; i < c->tried; ++i) {
-        cost += c->cost[i];
-    }
-    return job->max_passes > 0 && cost > MOST_FOR_TRIALS * (double)job->max_passes * c->cost[c->best] / TRIALS;
+    return job->max_passes > 0 && c->tried > 1 && (double)c->rays > MOST_FOR_TRIALS * (double)job->max_passes * c->cost[c->best] / TRIALS;
 }
 
 /* Returns 0 on a failure, as ways_choose. */
 static int hold(contest *c, volgrad_status *status)
 {
-    while (c->tried < c->job->way_count && (c->tried == 0 || !have_cost_enough(c))) {
+    while (c->tried < c->job->way_count) {
         for (unsigned trial = 0; trial < TRIALS; ++trial) {
+            if (*c->job->stop || (c->tried > 0 && have_cost_enough(c))) {
+                return 1; /* one trial alone tells nothing of a way */
+            }
             if (!try_way(c, c->tried, trial, status)) {
                 return 0;
             }
+            render_report(c->job, 0.0);
         }
         c->tried++;
         find_best(c);
@@ -175,18 +188,20 @@ static int hold(contest *c, volgrad_status *status)
     return 1;
 }
 
-int ways_choose(const render_job *job, unsigned *best, volgrad_status *status)
+int ways_choose(const render_job *job, render_result *result)
 {
-    *best = 0;
-    *status = VOLGRAD_OK;
     if (job->way_count == 1) {
         return 1;
     }
     contest c = {.job = job, .values = 3 * (size_t)job->width * job->height};
     c.images = malloc(job->way_count * TRIALS * c.values * sizeof *c.images);
-    int ok = c.images != NULL && hold(&c, status);
+    /* Without memory for the trials: the first way. */
+    double start = seconds_wall();
+    int ok = c.images == NULL || hold(&c, &result->status);
     free(c.images);
-    *best = c.best;
+    result->way = c.best;
+    result->trial_rays = c.rays;
+    result->trial_seconds = seconds_wall() - start;
     if (ok && job->note != NULL) {
         job->note(job->report_user, job->ways[c.best].name);
     }

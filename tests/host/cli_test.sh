@@ -67,6 +67,7 @@ expect 2 "--shift-exact none: expected" "$scene" -o "$work/a.exr" --shift two_le
 expect 2 "--shift-alpha 1.5: expected" "$scene" -o "$work/a.exr" --shift log_linear --shift-alpha 1.5
 expect 2 "--shift-clamp 0: expected" "$scene" -o "$work/a.exr" --shift first_order --shift-clamp 0
 expect 2 "--shift-kernel brick: expected" "$scene" -o "$work/a.exr" --shift exact --shift-kernel brick
+expect 2 "--shift-clamp goes with" "$scene" -o "$work/a.exr" --shift exact --shift-clamp 2
 for option in run exact alpha clamp; do
     expect 2 "--shift-$option means nothing without a --shift" "$scene" -o "$work/a.exr" --shift-$option 1
 done
@@ -348,13 +349,14 @@ check "--max-depth" image shallow --spp 1 --max-depth 1
 expect 2 "--integrator auto chooses shifts itself" "$scene" -o "$work/a.exr" --integrator auto --shift exact
 expect 2 "--guide means nothing without" "$scene" -o "$work/a.exr" --guide 1
 few="--max-depth 6 --crop 32,32,96,96 --seed 5"
-expect 0 "--integrator bdpt" "$scene" -o "$work/auto.exr" $few --spp 16
-check "auto: on one thread" image auto-1 $few --spp 16 --threads 1
+expect 0 "--integrator bdpt" "$scene" -o "$work/auto.exr" $few --spp 32
+check "auto: on one thread" image auto-1 $few --spp 32 --threads 1
 check "auto: the same on any number of threads" same "$work/auto.exr" "$work/auto-1.exr"
-check "auto: the chosen way" image auto-bdpt $few --spp 16 --integrator bdpt
+check "auto: the chosen way" image auto-bdpt $few --spp 32 --integrator bdpt
 check "auto: the image is that of the chosen way" same "$work/auto.exr" "$work/auto-bdpt.exr"
 check "auto: the file names it" header "$work/auto.exr" "h['integrator'] == 'bdpt' and h['heuristic'] == 'balance'"
-expect 0 "--integrator path" "$root/scenes/smoke.xml" -o "$work/auto-smoke.exr" --spp 16
+expect 0 "--integrator path" "$root/scenes/smoke.xml" -o "$work/auto-smoke.exr" --spp 32
+check "auto: --stats names the way" sh -c "'$render' '$scene' -o '$work/auto-stats.exr' --quiet --stats $few --spp 32 | grep -q 'trial rays.*bdpt'"
 check "auto: few samples are traced as paths" image auto-few $few --spp 2
 check "auto: few samples as paths" image path-few $few --spp 2 --integrator path
 check "auto: few samples are paths" same "$work/auto-few.exr" "$work/path-few.exr"
