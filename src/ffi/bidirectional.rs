@@ -34,7 +34,8 @@ pub struct volgrad_bidirectional_options {
     pub heuristic: u32,
     pub seed: u64,
     /// Most vertices of a subpath from a light; 0 is no limit, or 3 with shifts, which take no more. Few are best where light has a few bright
-    /// spots to come from: each costs a connection to every vertex from the camera.
+    /// spots to come from: each costs a connection to every vertex from the camera. Light of directional, point and spot lights that passes n
+    /// specular surfaces first is missing with fewer than n + 2.
     pub light_vertices: u32,
     /// Connections and batches that add less luminance than this to a pixel are made by chance only, and count as much more: unbiased, and
     /// faster where most of them are weak. A few times the image's mean luminance is good in scenes that are lit indirectly. 0: never.
@@ -68,7 +69,8 @@ pub unsafe extern "C" fn volgrad_bidirectional_options_default(
 
 /// As `volgrad_path_sampler_run`, but each sample is a subpath from the camera, one from a light, and all their connections that make a path
 /// of 2 ... max_length edges; directly visible lights and longer paths are the path sampler's (see `left_out_first` there). Pixels are
-/// numbered row by row. Paths through specular surfaces to directional, point and spot lights, which no path sampler finds, are found here.
+/// numbered row by row; with shifts and `VOLGRAD_KERNEL_TILE` tile by tile. Paths through specular surfaces to directional, point and spot
+/// lights, which no path sampler finds, are found here, if `light_vertices` and `shift` leave them.
 ///
 /// A path is weighted by the true densities of all techniques that could have made it, free flight and phase functions included.
 /// Subpaths start from lights at infinity only if the scene's bounds are known.
@@ -89,7 +91,8 @@ pub unsafe extern "C" fn volgrad_bidirectional_run(
 
 /// As `volgrad_bidirectional_run`, with the same samples, but adds only what one technique makes: paths of which `light_vertices` are
 /// vertices of the subpath from a light and `camera_vertices`, 1 or more, of that from the camera; together 3 ... max_length + 1. To look
-/// at, and to find mistakes.
+/// at, and to find mistakes. Pixels are always numbered row by row; nothing is shifted, but with `options->shift` weights are those of the
+/// techniques that shifts leave.
 ///
 /// `weighted` 1: what the technique adds to the image; all techniques sum to it. 0: without its weight, so that techniques of as many
 /// edges show the same paths, where they can make them at all, with the noise of their own. That may be without bounds: a connection in a

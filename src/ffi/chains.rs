@@ -127,7 +127,7 @@ fn bytes_of(length: u32) -> usize {
     (HEAD + capacity(length as usize) * size_of::<f64>()).next_multiple_of(ALIGNMENT)
 }
 
-/// Memory that a chain with these options needs: less than 3 KiB, 1 KiB for paths of up to 16 edges.
+/// Memory that a chain with these options needs: less than 3 KiB, little more than 1 KiB for paths of up to 16 edges.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_size(options: *const volgrad_chain_options, bytes: *mut usize) -> volgrad_status {
     finish((|| {
@@ -139,8 +139,9 @@ pub unsafe extern "C" fn volgrad_chain_size(options: *const volgrad_chain_option
 }
 
 /// Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. `options` and
-/// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. `VOLGRAD_ERROR_OTHER_PATH` if `start` is not from
-/// samples with this scene, these techniques and this seed.
+/// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. If `start` is not from samples with
+/// this scene, these techniques and this seed: `VOLGRAD_ERROR_RANGE` if that sample is of another length, else `VOLGRAD_ERROR_OTHER_PATH` if
+/// its value differs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_init(
     memory: *mut c_void,
@@ -196,7 +197,8 @@ pub unsafe extern "C" fn volgrad_chain_init(
 /// camera's crop; all chains of a plan have made as many mutations then. What a chain adds depends on (scene, options, start) only, so threads
 /// share chains among them in any way, each with a film of its own. `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or
 /// `VOLGRAD_ERROR_INVALID_HIT` the chain is where it was after the last whole mutation, and stats->large_steps + small_steps says how many there
-/// were: the next call goes on from there.
+/// were: the next call goes on from there. On `VOLGRAD_ERROR_OTHER_PATH`, for another scene than that of `volgrad_chain_init`, chain and film are
+/// as they were.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_run(
     chain: *mut volgrad_chain,
@@ -224,7 +226,7 @@ pub unsafe extern "C" fn volgrad_chain_run(
 }
 
 /// Adds to `film` what is due at the path where the chain is now, and leaves the chain as it is: a last call for each chain before the final
-/// image, or into a copy of the film for one on the way. `stats` may be NULL.
+/// image, or into a copy of the film for one on the way. `stats` may be NULL. `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_flush(
     chain: *const volgrad_chain,
@@ -290,20 +292,20 @@ pub(super) unsafe fn add_stats(
     }
     let (chain, rays) = (&done.chain, &done.rays);
     let sum = volgrad_chain_stats {
-        samples: before.samples + chain.samples,
-        large_steps: before.large_steps + chain.large,
-        large_accepted: before.large_accepted + chain.large_accepted,
-        small_steps: before.small_steps + chain.small,
-        small_accepted: before.small_accepted + chain.small_accepted,
-        dark: before.dark + chain.dark,
-        burn_in: before.burn_in + chain.burn_in,
-        dropped: before.dropped + chain.dropped,
-        rays: before.rays + rays.rays,
-        occlusion_rays: before.occlusion_rays + rays.occlusion_rays,
-        overflows: before.overflows + rays.overflows,
-        shifted_paths: before.shifted_paths + rays.shifted_paths,
-        shifts: before.shifts + rays.shifts,
-        stays: before.stays + rays.stays,
+        samples: before.samples.saturating_add(chain.samples),
+        large_steps: before.large_steps.saturating_add(chain.large),
+        large_accepted: before.large_accepted.saturating_add(chain.large_accepted),
+        small_steps: before.small_steps.saturating_add(chain.small),
+        small_accepted: before.small_accepted.saturating_add(chain.small_accepted),
+        dark: before.dark.saturating_add(chain.dark),
+        burn_in: before.burn_in.saturating_add(chain.burn_in),
+        dropped: before.dropped.saturating_add(chain.dropped),
+        rays: before.rays.saturating_add(rays.rays),
+        occlusion_rays: before.occlusion_rays.saturating_add(rays.occlusion_rays),
+        overflows: before.overflows.saturating_add(rays.overflows),
+        shifted_paths: before.shifted_paths.saturating_add(rays.shifted_paths),
+        shifts: before.shifts.saturating_add(rays.shifts),
+        stays: before.stays.saturating_add(rays.stays),
         ..before
     };
     // SAFETY: the caller's promise.

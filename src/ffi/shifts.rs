@@ -79,7 +79,7 @@ pub struct volgrad_shift_options {
     pub run: u32,
     /// TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
     pub exact_count: u32,
-    /// The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
+    /// The samplers' and chains' radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
     pub alpha: f32,
     /// FIRST_ORDER, HALF_ORDER, THESIS: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
     pub clamp: f32,

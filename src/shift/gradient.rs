@@ -48,9 +48,10 @@ pub(super) fn group_gradients(camera: &Camera, scene: &Scene, path: &Shiftable, 
         }
         for (g, exit) in path.exits().iter().enumerate().filter(|(_, exit)| exit.from == i) {
             let gradient = a.plus(link_gradient(camera, scene, path, i, &exit.link)).minus(&exit.link.depth.slope);
-            let wing = exit.wing.map(|(phase, to_other)| Wing { phase, to_other });
-            let seen = Seen::from(camera, vertex.x, exit.link.next.neighbour());
-            set(g, gradient.plus(wing.map_or(DVec3::ZERO, |wing| seen.wing_gradient(&wing))));
+            let wing = exit.wing.map_or(DVec3::ZERO, |(phase, to_other)| {
+                Seen::from(camera, vertex.x, exit.link.next.neighbour()).wing_gradient(&Wing { phase, to_other })
+            });
+            set(g, gradient.plus(wing));
         }
         if let Some(onwards) = path.onwards.as_ref().filter(|onwards| onwards.from == i) {
             let gradient = a.plus(link_gradient(camera, scene, path, i, &onwards.link)).minus(&onwards.link.depth.slope);

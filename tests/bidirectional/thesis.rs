@@ -255,7 +255,7 @@ fn batches_are_worth_w_f_over_p() {
                 let mut random = || *numbers.next().expect("three for each");
                 let stats = &mut Stats::default();
                 let made = subject.moving(|moving| moving.batch(&options, SAMPLES, &mut random, &mut members, stats));
-                if made.expect("never stops") < 3 {
+                if made.expect("never stops").expect("x is seen") < 3 {
                     continue;
                 }
                 for ((pixel, w), (point, radius)) in members.into_iter().zip(POINTS.into_iter().zip(radii)) {
@@ -285,7 +285,7 @@ fn clamps_are_kept() {
     each(&worlds::lamp(worlds::room(worlds::pinhole(), worlds::fog())), 4, |subject| {
         let (mut members, mut random) = (EMPTY, line_numbers(4, 0));
         let made = subject.moving(|moving| moving.batch(&options, 1.0, &mut random, &mut members, &mut Stats::default()));
-        for (_, w) in &members[..made.expect("never stops")] {
+        for (_, w) in &members[..made.expect("never stops").expect("x is seen")] {
             assert!(w.abs() <= 1.25);
             reached += u32::from(w.abs() == 1.25);
         }

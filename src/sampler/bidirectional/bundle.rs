@@ -20,14 +20,14 @@ pub struct Bundle {
     path: Option<Shiftable>,
     /// Whether x_1 may move; unknown before the first contribution.
     moves: Option<bool>,
-    /// Which wing of the link to x_2 is that of the camera's subpath.
-    onwards: Option<usize>,
+    /// Which wing of the link to x_2 is that in which the camera's subpath goes on.
+    camera_wing: Option<usize>,
 }
 
 impl Bundle {
     /// For the next sample. (What is large stays where it is.)
     pub fn clear(&mut self) {
-        (self.plain, self.moves, self.onwards) = (Colour::ZERO, None, None);
+        (self.plain, self.moves, self.camera_wing) = (Colour::ZERO, None, None);
         if let Some(path) = &mut self.path {
             path.clear();
         }
@@ -38,7 +38,10 @@ impl Bundle {
         let asker = Asker { path: joined, queries, derivatives: options.mode.has_derivatives() };
         let moves = match self.moves {
             Some(moves) => moves,
-            None => *self.moves.insert(joined.first(&asker, &mut self.path)?),
+            None => {
+                let may = options.moves_surfaces() || matches!(joined.vertex(1).kind, Kind::Medium { .. });
+                *self.moves.insert(may && joined.first(&asker, &mut self.path)?)
+            }
         };
         if !(moves && (self.reconnect(joined, &asker)? || options.mode.has_queries() && self.follow(joined))) {
             self.plain += joined.connection.value * joined.connection.weight;
@@ -73,7 +76,7 @@ impl Bundle {
             None => onwards.plain += rest,
             Some((_, to_other)) if joined.camera.len() == 3 => onwards.add_wing(to_other, rest),
             Some((_, to_other)) => {
-                let wing = *self.onwards.get_or_insert(onwards.wing_count);
+                let wing = *self.camera_wing.get_or_insert(onwards.wing_count);
                 if wing == onwards.wing_count {
                     onwards.add_wing(to_other, Colour::ZERO);
                 }

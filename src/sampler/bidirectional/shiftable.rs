@@ -189,10 +189,10 @@ impl<'a> Joined<'_, 'a> {
     }
 
     /// The link from x_i to the next vertex, and the phase function there.
-    pub(super) fn link<Q: Queries>(&self, run: usize, asker: &Asker<Q>) -> Result<(Link, Phase), Stop> {
-        let next = self.vertex(run + 1);
-        let back = self.edge(run).back;
-        let (place, phase) = if run + 1 == self.last() {
+    pub(super) fn link<Q: Queries>(&self, i: usize, asker: &Asker<Q>) -> Result<(Link, Phase), Stop> {
+        let next = self.vertex(i + 1);
+        let back = self.edge(i).back;
+        let (place, phase) = if i + 1 == self.last() {
             let normal = self.source().and_then(|(_, normal)| normal);
             let far = matches!(next.kind, Kind::Far { .. });
             (if far { Next::Direction(next.position) } else { Next::Point { position: next.position, normal } }, None)
@@ -205,7 +205,7 @@ impl<'a> Joined<'_, 'a> {
                 _ => (Next::Point { position: next.position, normal: None }, None),
             }
         };
-        Ok((Link { next: place, depth: asker.depth(run, Depth::near)? }, phase.unwrap_or_default()))
+        Ok((Link { next: place, depth: asker.depth(i, Depth::near)? }, phase.unwrap_or_default()))
     }
 
     /// The factors from x_i on, so that together with `value`, those before, they are what the connection says. None: they cannot be.

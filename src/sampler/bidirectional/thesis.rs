@@ -162,7 +162,8 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
         self.gradient
     }
 
-    /// Makes a batch after `samples` samples of the image; how many members it has. Those that carry nothing are left out.
+    /// Makes a batch after `samples` samples of the image; how many members it has. Those that carry nothing are left out. None: x itself is
+    /// within rounding of a face and seen no more, there is nothing to compare with.
     pub fn batch(
         &mut self,
         options: &Options,
@@ -170,8 +171,8 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
         random: &mut impl FnMut() -> f64,
         members: &mut Batch,
         stats: &mut Stats,
-    ) -> Result<usize, Stop> {
-        let Some(own) = self.moved(DVec3::ZERO, stats)? else { return Ok(0) };
+    ) -> Result<Option<usize>, Stop> {
+        let Some(own) = self.moved(DVec3::ZERO, stats)? else { return Ok(None) };
         let mut count = 0;
         for index in 0..options.count.min(MAX_SHIFTS) {
             let offset = options.radius(index, samples) * self.direction(random);
@@ -181,7 +182,7 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
             members[count] = (moved.pixel, w.clamp(-options.clamp, options.clamp));
             count += 1;
         }
-        Ok(count)
+        Ok(Some(count))
     }
 
     /// Uniform in the unit ball; along the edge beside a specular vertex, which keeps its direction.

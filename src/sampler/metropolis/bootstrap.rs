@@ -49,7 +49,8 @@ pub fn run<Q: Queries>(
         let (length, technique) = self::numbers(seed, techniques, index, &mut numbers);
         let path = make(scene, queries, technique, &numbers[..technique.numbers()], &mut room, stats)?;
         let value = path.map_or(0.0, |path| target(&path) / techniques.probability(length, technique)) as f32;
-        *weight = if value.is_finite() { value } else { 0.0 };
+        // A subnormal number has too few digits for a chain to know its path by.
+        *weight = if value.is_normal() { value } else { 0.0 };
         chain_stats.samples += 1;
         chain_stats.dropped += u64::from(!value.is_finite());
     }

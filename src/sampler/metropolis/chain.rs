@@ -176,8 +176,8 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             let decision = self.decide(state, numbers, &mut room, stats)?;
             // The path that is left for good, whichever of the two that is, can be splatted. A callback can stop that, but only before
             // the first splat: nothing has changed then.
-            let stay = state.pending + worth(room.sample.get(false)) * (1.0 - decision.acceptance);
-            let proposal = room.sample.get(true);
+            let stay = state.pending + worth(room.sample.current()) * (1.0 - decision.acceptance);
+            let proposal = room.sample.proposed();
             let come = worth(proposal) * (decision.acceptance + if decision.large { proposal.large } else { 0.0 });
             let (left, due) = if decision.accepted { (Change::NONE, stay) } else { (decision.change, come) };
             self.splat(state, left, due, &mut room, film, stats)?;
@@ -203,9 +203,9 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let mut room = Room::default();
         room.numbers.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
         self.sample(state, state.technique, Change::BOTH, &mut room, stats)?;
-        room.sample.get(true).born = state.born;
+        room.sample.proposed().born = state.born;
         room.accept(Change::BOTH);
-        let same = (room.sample.get(false).target - state.target).abs() <= SAME_VALUE * state.target;
+        let same = (room.sample.current().target - state.target).abs() <= SAME_VALUE * state.target;
         if same { Ok(room) } else { Err(Stop::OtherPath) }
     }
 
@@ -219,7 +219,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         stats: &mut Stats,
     ) -> Result<(), Stop> {
         let Room { camera, light, sample, numbers, .. } = room;
-        let (camera, light, sample) = (camera.get(change.camera), light.get(change.light), sample.get(true));
+        let (camera, light, sample) = (camera.get(change.camera), light.get(change.light), sample.proposed());
         let numbers = numbers.get(..technique.numbers()).unwrap_or(&[]);
         (sample.target, sample.moves) = (0.0, false);
         let Some(path) = remake(self.scene, self.queries, technique, numbers, change, camera, light, stats)? else {
@@ -261,8 +261,8 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             *number = if large { random.next() } else { step(*number, size, &mut || random.next()) };
         }
         self.sample(state, technique, change, room, stats)?;
-        let current = room.sample.get(false).target;
-        let proposal = room.sample.get(true);
+        let current = room.sample.current().target;
+        let proposal = room.sample.proposed();
         proposal.born = state.mutations + 1;
         let target = proposal.target;
         let acceptance = if target > 0.0 && current > 0.0 { (target / current).min(1.0) } else { f64::from(target > 0.0) };
@@ -275,8 +275,8 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         state.random = decision.random;
         if decision.accepted {
             state.technique = decision.technique;
-            state.born = room.sample.get(true).born;
-            state.target = room.sample.get(true).target;
+            state.born = room.sample.proposed().born;
+            state.target = room.sample.proposed().target;
             numbers.iter_mut().zip(&room.numbers).take(decision.technique.numbers()).for_each(|(to, from)| *to = *from);
             room.accept(decision.change);
         }

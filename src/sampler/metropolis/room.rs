@@ -10,7 +10,7 @@ use crate::shift::{self, Shiftable};
 #[derive(Default)]
 pub struct Sample {
     pub target: f64,
-    /// Of the value w·f/p over the density of this path among a chain's samples: what it is worth each time that it comes.
+    /// Its value is w·f/p over the density of this path among a chain's samples, what it is worth each time that it comes; its weight is 1.
     pub connection: Option<Connection>,
     /// What it is worth as a large step's sample, over that.
     pub large: f64,
@@ -27,6 +27,14 @@ pub struct Double<T> {
 }
 
 impl<T> Double<T> {
+    pub fn current(&mut self) -> &mut T {
+        self.get(false)
+    }
+
+    pub fn proposed(&mut self) -> &mut T {
+        self.get(true)
+    }
+
     pub fn get(&mut self, proposed: bool) -> &mut T {
         let [a, b] = &mut self.places;
         if proposed == self.traded { a } else { b }

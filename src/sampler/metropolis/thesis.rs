@@ -29,6 +29,10 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let samples = born as f64 * f64::from(state.start.chains);
         let mut members = EMPTY;
         let count = Moving::new(path, self.queries)?.batch(options, samples, &mut random, &mut members, stats)?;
+        let Some(count) = count else {
+            film.add(path.connection.pixel, value);
+            return Ok(());
+        };
         for (pixel, w) in members.iter().take(count) {
             film.add(*pixel, value * (w / options.count as f64));
         }
