@@ -7,7 +7,7 @@ import figures_plots as plots
 import figures_tables as tables
 from figures_data import Data
 from figures_plan import FOOTPRINT, RADIUS, SCENES, STEP
-from measures import BLUR, ROOT
+from measures import ALLOWANCE, BLUR, ROOT
 from tables import html_table, marked_up, markdown, replace_between_markers
 
 README_PLOTS = ["beaten", "bias"]
@@ -61,13 +61,14 @@ pixel unless said otherwise (a pixel is {", ".join(f"{FOOTPRINT[s]} in {s}" for 
 i^((alpha - 1)/3). Counts of samples go up by factors of {STEP}. One thread each; CPU-seconds are user + system time, start-up included (for
 Mitsuba: of the render call alone, compiled before)."""
 
-MODES_TEXT = """**gain**: squared error without shifts over that with them, at equal samples, and at equal CPU time, also after both
+ALLOWED = ", ".join(f"{ALLOWANCE[s]:.1%} in {s}" for s in SCENES)
+MODES_TEXT = f"""**gain**: squared error without shifts over that with them, at equal samples, and at equal CPU time, also after both
 images were blurred. **FLIP : without**: perceptual error with shifts over that without, at equal samples. **slope**: of RMSE over
 samples, both logarithmic; -0.5 without bias. **noise**, **bias**: of one image, rms over the pixels; what is below its own uncertainty
-is an upper limit. **energy**: image mean over that without shifts, from the same paths. **z**: of the image's mean against the
+and what the reference is known to be wrong by ({ALLOWED}) is an upper limit. **energy**: image mean over that without shifts, from the same paths. **z**: of the image's mean against the
 reference's, beyond what the reference is known to be wrong by. **z paired**: against the same seeds, and so the same paths, without
-shifts. Bold z: beyond 3. **blocks > 2**: share of blocks of 8 x 8 pixels whose z is beyond 2; 4.6 % if unbiased (chains: more, since
-their noise comes in spots)."""
+shifts. Bold z: beyond 3. **blocks > 2**: share of blocks of 8 x 8 pixels whose z, less the same allowance, is beyond 2; no
+more than 4.6 % if unbiased (chains: more, since their noise comes in spots)."""
 
 SURFACES_TEXT = """A disk of equal size, in pixels or in world units: only the former moves first vertices on surfaces. Shifts are offsets tried
 for all contributions of a path; as many less as there are where surfaces stay belong to them. The renderer has no option that tells the

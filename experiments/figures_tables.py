@@ -1,8 +1,7 @@
 """The tables of `make figures`, from the CSV files alone: each a header, rows, and to each row the commands that it was made by."""
 import numpy as np
-from figures_data import TARGETS, products, ratio, time_to
+from figures_data import TARGETS, part, products, ratio, time_to
 from figures_plan import ALPHA, MODES, SCENES, UNBIASED
-from measures import student
 from tables import shown
 
 OURS = ["path", "path exchangeable", "bdpt", "mmlt", "mmlt exchangeable", "mmlt thesis"]
@@ -62,8 +61,7 @@ def fitted_slope(data, **wanted):
 
 def quality(cell):
     """Noise and bias of one image, relative; z of its mean."""
-    bias2, variance = float(cell["bias2"]), float(cell["variance"])
-    reach = student(int(cell["seeds"])) * float(cell["bias2_error"])
+    (bias2, reach), (variance, _) = part(cell, "bias2"), part(cell, "variance")
     bias = f"{np.sqrt(bias2):.1%}" if bias2 > reach else f"< {np.sqrt(max(reach, bias2 + reach)):.1%}"
     energy = f"{float(cell['energy']):+.2%}" if cell["energy"] else "–"
     z = [marked(cell[c] or "–") for c in ("z_reference", "z_paired")]
