@@ -70,6 +70,9 @@ reference's, beyond what the reference is known to be wrong by. **z paired**: ag
 shifts. Bold z: beyond 3. **blocks > 2**: share of blocks of 8 x 8 pixels whose z, less the same allowance, is beyond 2; no
 more than 4.6 % if unbiased (chains: more, since their noise comes in spots)."""
 
+EXTRAPOLATED = """~: less than the shortest or more than the longest renders took, so extrapolated. –: not reached in the longest renders, by an
+estimator whose bias stays, which more time need not make good; or too small an error to measure."""
+
 SURFACES_TEXT = """A disk of equal size, in pixels or in world units: only the former moves first vertices on surfaces. Shifts are offsets tried
 for all contributions of a path; as many less as there are where surfaces stay belong to them. The renderer has no option that tells the
 energy of those paths apart."""
@@ -120,7 +123,7 @@ def sections(data, folder):
     ]
     yield "Beside what people would use instead", [
         picture(folder, "beaten", "Relative RMSE against CPU time."),
-        paragraph("CPU-seconds to 10 % and to 3 % relative RMSE. ~: extrapolated from the longest renders by RMSE ~ 1/sqrt(time)."),
+        paragraph(f"CPU-seconds to 10 % and to 3 % relative RMSE, by RMSE ~ 1/sqrt(time). {EXTRAPOLATED}"),
         table(tables.peers(data)),
     ]
     yield "Defaults from evidence", [
@@ -146,7 +149,7 @@ Metropolis chains, at equal mutations per pixel: how many times lower the square
 
 {claims}
 
-CPU-seconds to 10 % and to 3 % relative RMSE, 95 % intervals; ~: extrapolated.
+CPU-seconds to 10 % and to 3 % relative RMSE, 95 % intervals. {extrapolated}
 
 {peers}
 
@@ -156,7 +159,7 @@ CPU-seconds to 10 % and to 3 % relative RMSE, 95 % intervals; ~: extrapolated.
 
 def readme_text(data):
     claims, peers = ([header, [cells for cells, _ in rows]] for header, rows in (tables.claims(data), tables.peers(data)))
-    return README.format(about=data.about, claims=markdown(*claims), peers=markdown(*peers))
+    return README.format(about=data.about, extrapolated=EXTRAPOLATED, claims=markdown(*claims), peers=markdown(*peers))
 
 
 def write(tables_folder, output):

@@ -15,6 +15,8 @@ def text(interval, missing="–"):
     return shown(*interval) if np.isfinite(interval).all() else missing
 
 
+def time_text(interval, extrapolated):
+    return ("~ " if extrapolated and np.isfinite(interval).all() else "") + text(interval)
 
 
 def pair(data, **wanted):
@@ -168,11 +170,11 @@ def peers(data):
     for p in programs:
         cells = [p]
         for scene in SCENES:
-            least = min(v[0][0] for (_, s, t), v in times.items() if s == scene and t == TARGETS[0] and np.isfinite(v[0][0]))
+            found = [v[0][0] for (_, s, t), v in times.items() if s == scene and t == TARGETS[0]]
             for t in TARGETS:
-                interval, beyond = times[p, scene, t]
-                cell = ("~ " if beyond else "") + text(interval)
-                cells.append(f"**{cell}**" if t == TARGETS[0] and interval[0] == least else cell)
+                cell = time_text(*times[p, scene, t])
+                least = t == TARGETS[0] and times[p, scene, t][0][0] == np.nanmin(found)
+                cells.append(f"**{cell}**" if least else cell)
         experiment = "peers" if p.startswith("vol") else "convergence"
         all_scenes = [{"experiment": experiment, "scene": s, "program": p} for s in SCENES]
         rows.append((cells, "; ".join(data.command(**w, count=data.counts(**w)[-1]) for w in all_scenes)))
@@ -197,8 +199,8 @@ def defaults(data):
         gains = [products(pair(data, **wanted, program=i), pair(data, **wanted, program=best_shift(data, scene, i))) for i in ("path", "mmlt")]
         reached = "yes" if max(g[0] for g in gains) >= GOAL else "no"
         near = "yes" if over[0] <= NEAR else "not told apart" if over[1] <= NEAR else "no"
-        seconds, beyond = time_to(data, TARGETS[0], **wanted, program="default")
-        cells = [scene, f"`{best}`", text(over), near, ("~ " if beyond else "") + text(seconds), *map(text, gains), reached]
+        seconds = time_text(*time_to(data, TARGETS[0], **wanted, program="default"))
+        cells = [scene, f"`{best}`", text(over), near, seconds, *map(text, gains), reached]
         cells += [text(products(pair(data, **wanted, program="path"), nothing)), marked(data.cell(**wanted, program="default")["z_reference"])]
         rows.append((cells, f"{data.command(**wanted, program='default')}; best: {data.command(**wanted, program=best)}"))
     return header, rows
