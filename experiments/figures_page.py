@@ -115,7 +115,7 @@ def sections(data, folder):
         table(tables.best_alpha(data)),
         paragraph("Schedules: alpha 1 keeps the radius; thesis_printed begins anew with each batch, as [Lu20 alg. 2] is printed."),
         table(tables.schedules(data)),
-        paragraph("Outside: pixels that see no medium, in smoke. In cloud they see the sky, without error; in room and caustic there are none."),
+        paragraph(f"Outside: pixels whose camera rays meet no medium. There are some in {' and '.join(tables.with_outside(data))}."),
     ]
     yield "Correlated noise: blurred errors and FLIP", [
         picture(folder, "flip", f"Relative RMSE after a blur of {BLUR:g} pixels, and FLIP, against CPU time."),

@@ -2,6 +2,7 @@
 import numpy as np
 from figures_data import TARGETS, part, products, ratio, time_to
 from figures_plan import ALPHA, MODES, SCENES, UNBIASED
+from measures import TILES, still_text
 from tables import shown
 
 OURS = ["path", "path exchangeable", "bdpt", "mmlt", "mmlt exchangeable", "mmlt thesis"]
@@ -121,6 +122,11 @@ def best_alpha(data):
     return ["mode", "theory", *(f"best at {c} per pixel" for c in counts)], rows
 
 
+def with_outside(data):
+    """Scenes in which some camera rays meet no medium."""
+    return [s for s in SCENES if np.isfinite(data.column("outside_mse", experiment="convergence", scene=s)).any()]
+
+
 # ---- beyond ----
 
 
@@ -195,9 +201,9 @@ def positive(squared):
     return squared if squared > 0 else np.inf
 
 
-def best_setting(data, scene, integrator=None):
+def best_setting(data, scene):
     """Of the unbiased ones: the one with the least error times CPU time."""
-    wanted = {"experiment": "settings", "scene": scene} | ({"integrator": integrator} if integrator else {})
+    wanted = {"experiment": "settings", "scene": scene}
     programs = [p for p in data.values("program", **wanted) if p != "default" and data.find(**wanted, program=p)[0]["mode"] in UNBIASED]
     return min(programs, key=lambda p: cost(data, **wanted, program=p))
 
@@ -243,12 +249,12 @@ def where(data):
             squared = [data.column("relative_mse", **w) * n for w, n in zip((plain, this), counts)]
             seconds = [data.column("cpu_seconds", **w) / n for w, n in zip((plain, this), counts)]
             cells = [scene, integrator, f"`{best}`", text(ratio(*seconds[::-1])), text(ratio(*squared)), starting_up(data, scene, integrator)]
-            rows.append(([*cells, still(data, scene) if integrator == "path" else "–"], data.command(**this)))
+            rows.append(([*cells, error_of_still(data, scene) if integrator == "path" else "–"], data.command(**this)))
     return header, rows
 
 
 def starting_up(data, scene, integrator):
-    """Share of the CPU time, by the straight line through the convergence's counts."""
+    """CPU-seconds, by the straight line through the convergence's counts."""
     wanted = {"experiment": "convergence", "scene": scene, "program": integrator}
     counts = data.counts(**wanted)
     if len(counts) < 2:
@@ -258,9 +264,8 @@ def starting_up(data, scene, integrator):
     return f"{max(0, start):.1f} s"
 
 
-def still(data, scene):
-    """Over tiles of m pixels squared error per sample is still + moving/m; from m = 9 and 16, over that without tiles."""
+def error_of_still(data, scene):
+    """Its share, of squared errors per sample without tiles and over two sizes of them."""
     wanted = {"experiment": "settings", "scene": scene, "integrator": "path"}
-    programs = ["path", "path exchangeable n 8 run 2", "path exchangeable n 15 run 2"]
-    plain, nine, sixteen = (data.column("relative_mse", **wanted, program=p).mean() * data.counts(**wanted, program=p)[0] for p in programs)
-    return f"{(16 * sixteen - 9 * nine) / (16 - 9) / plain:.0%}"
+    programs = ["path", *(f"path exchangeable n {m - 1} run 2" for m in TILES)]
+    return still_text(*(data.column("relative_mse", **wanted, program=p) * data.counts(**wanted, program=p)[0] for p in programs))

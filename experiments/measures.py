@@ -21,6 +21,7 @@ BLUR_REACH = 8  # pixels
 BLOCK = 8  # pixels along a block whose means are compared
 REFERENCE_RUNS = 32  # a lower limit of what the reference's standard errors come from
 CONFIDENCE = 0.95
+TILES = [9, 16]  # pixels
 ALLOWANCE = {s.name: s.allowance for s in VALIDATED}  # what the references are known to be wrong by, relative
 
 
@@ -143,6 +144,17 @@ def interval_of_log(statistic, *columns):
     value, error = jackknife(lambda *means: np.log(statistic(*means)), *columns)
     reach = student(len(columns[0])) * error
     return np.exp([value, value - reach, value + reach])
+
+
+def still(plain, small, large):
+    """Share of plain's squared error that no tile takes away. Over tiles of m pixels the error is V(m) = still + moving/m: the part that
+    moves becomes the same in all pixels of a tile, with the same mean. From two m follows what remains for m to infinity."""
+    return (TILES[1] * large - TILES[0] * small) / (TILES[1] - TILES[0]) / plain
+
+
+def still_text(plain, small, large):
+    share, error = jackknife(still, plain, small, large)
+    return f"{share:.0%} ± {student(len(plain)) * error:.0%}"
 
 
 def mean(column):
