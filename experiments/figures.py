@@ -1,7 +1,7 @@
 """Every result of section 6 of the thesis [Lu20] again on this code, what it left out, and what others' programs do: `make figures`.
 
 Renders what figures_plan.py lists, one thread each, PROCESSORS at a time, each pinned to a processor of its own. Every render is written
-down at once, so that a run that was stopped goes on where it was, as long as the renderer is the same. Then
+down at once, so that a run that was stopped goes on where it was, as long as renderer, scenes, references and Mitsuba are the same. Then
 
     experiments/figures/renders.csv    a line per render: command, seed, CPU-seconds, errors, a hash of its bits
     experiments/figures/cells.csv      a line per program, scene and count, over its seeds: bias, variance, z
@@ -189,8 +189,7 @@ def main():
 
 def measure(arguments, output):
     renderer = str(Path(arguments.render).resolve())
-    binary = hashlib.sha256(Path(renderer).read_bytes()).hexdigest()[:8]
-    files = Files(output / f"{binary}-{arguments.resolution}", arguments.resolution)
+    files = Files(output / f"{inputs_hash(renderer)}-{arguments.resolution}", arguments.resolution)
     DATA.mkdir(exist_ok=True)
     render_transmittances(files, renderer)
     for name in SCENES:
@@ -202,21 +201,34 @@ def measure(arguments, output):
     left = [j for j in plan.jobs if key(j) not in done]
     print(f"{len(plan.jobs)} renders, {len(plan.jobs) - len(left)} of them done before", flush=True)
     about = f"Mitsuba {version('mitsuba')}, {machine(renderer)}, {arguments.minutes:g} minutes planned, {arguments.resolution} x {arguments.resolution} pixels"
-    rows = list(done.values())
-    write_rows(table, about, COLUMNS, chain_and_keep(rows, measured(left, arguments.processes, files, renderer)))
-    done = by_command(rows)
-    write_rows(DATA / "renders.csv", about, COLUMNS, (done[key(j)] for j in plan.jobs))
-    write_rows(DATA / "cells.csv", about, CELL_COLUMNS, cells(plan.jobs, files))
+    replace_table(table, about, COLUMNS, done.values())
+    add_rows(table, measured(left, arguments.processes, files, renderer))
+    done = read_done(table)
+    replace_table(DATA / "renders.csv", about, COLUMNS, (done[key(j)] for j in plan.jobs))
+    replace_table(DATA / "cells.csv", about, CELL_COLUMNS, cells(plan.jobs, files))
     figures_pictures.write(plan.jobs, files, output)
 
 
-def chain_and_keep(rows, more):
-    """The rows, then the others, which are added to them."""
-    yield from list(rows)
-    for row in more:
-        row = [str(c) for c in row]
-        rows.append(row)
-        yield row
+def inputs_hash(renderer):
+    """Of what renders and their errors depend on, beside the command."""
+    found = hashlib.sha256(version("mitsuba").encode())
+    scenes = sorted(f for f in (ROOT / "scenes").rglob("*") if f.suffix in (".xml", ".vol", ".exr"))
+    for file in (Path(renderer), *scenes):
+        found.update(file.read_bytes())
+    return found.hexdigest()[:8]
+
+
+def replace_table(file, about, columns, rows):
+    """All or nothing: who is stopped in between leaves the old one."""
+    new = file.with_suffix(".new")
+    write_rows(new, about, columns, rows)
+    new.replace(file)
+
+
+def add_rows(table, rows):
+    """Each as soon as it is there."""
+    with open(table, "a", newline="", buffering=1) as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 def usable_variants(files):
