@@ -172,12 +172,20 @@ def cells(jobs, files):
         yield [*cell, len(images), *(f"{v:.6g}" for v in numbers), f"{z:.2f}", *pairs, f"{beyond:.4f}"]
 
 
+def resolution(text):
+    """That references can be compared in."""
+    pixels = int(text)
+    if pixels <= 0 or (128 % pixels and pixels % 128):
+        raise argparse.ArgumentTypeError(f"{pixels} is neither a divisor nor a multiple of 128")
+    return pixels
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--render", default="build/volgrad-render", help="the renderer")
     parser.add_argument("--output", default="build/figures", help="folder for what is not kept")
     parser.add_argument("--minutes", type=float, default=40, help="of rendering on two processors, roughly")
-    parser.add_argument("--resolution", type=int, default=128, help="pixels along a side: 128 divided or multiplied by a whole number")
+    parser.add_argument("--resolution", type=resolution, default=128, help="pixels along a side: 128 divided or multiplied by a whole number")
     parser.add_argument("--processes", type=int, default=PROCESSORS, help="renders at a time")
     parser.add_argument("--report", action="store_true", help="render nothing, write the plots and the page of the CSV files anew")
     arguments = parser.parse_args()
