@@ -149,7 +149,7 @@ def repeated(data):
     """Whether the bits are the same again, on two threads."""
     rows = []
     for r in data.find(experiment="repeated"):
-        first = data.find(experiment="convergence", **{c: r[c] for c in ("scene", "program", "count", "seed")})[0]
+        first = data.find(**{c: r[c] for c in ("scene", "program", "count", "seed")})[0]
         same = "the same" if r["bits"] == first["bits"] else "**different**"
         rows.append(([r["scene"], r["program"], first["bits"], r["bits"], same], r["command"]))
     return ["scene", "program", "one thread", "two threads", ""], rows
