@@ -1,7 +1,7 @@
 """Every result of section 6 of the thesis [Lu20] again on this code, what it left out, and what others' programs do: `make figures`.
 
 Renders what figures_plan.py lists, one thread each, PROCESSORS at a time, each pinned to a processor of its own. Every render is written
-down at once, so that a run that was stopped goes on where it was, as long as the renderer is the same. Then
+down at once, so that a run that was stopped goes on where it was, as long as renderer, scenes, references and Mitsuba are the same. Then
 
     experiments/figures/renders.csv    a line per render: command, seed, CPU-seconds, errors, a hash of its bits
     experiments/figures/cells.csv      a line per program, scene and count, over its seeds: bias, variance, z
@@ -31,15 +31,12 @@ import figures_pictures
 import numpy as np
 from figures_files import Copy, Files, load, render_transmittances
 from figures_plan import PEERS, PROCESSORS, SCENES, VARIANTS, make_plan
-from measures import ROOT, bias_and_variance, bias_and_variance_errors, block_scores, errors, z_of_pairs, z_of_reference
+from measures import ALLOWANCE, ROOT, bias_and_variance, bias_and_variance_errors, block_scores, errors, z_of_pairs, z_of_reference
 from mitsuba_renders import Mitsuba
 from peers import SEED as MITSUBA_SEED
 from peers import Volgrad, machine, write_rows
 
-from scenes import SCENES as VALIDATED
-
 DATA = ROOT / "experiments" / "figures"
-ALLOWANCE = {s.name: s.allowance for s in VALIDATED}  # what the references are known to be wrong by, relative
 MEASURED = ["relative_mse", "blurred_mse", "outside_mse", "flip", "image_mean"]
 SETTINGS = ["experiment", "scene", "program", "integrator", "mode", "setting", "count", "seed"]
 COLUMNS = [*SETTINGS, "cpu_seconds", *MEASURED, "shifts_per_path", "bits", "command"]
@@ -169,10 +166,18 @@ def cells(jobs, files):
         if mode != "none" and paired is not None:
             pairs = [f"{z_of_pairs(means, paired):.2f}", f"{means.mean() / paired.mean() - 1:.6g}"]
         (bias2, variance), (bias2_error, variance_error) = bias_and_variance(images, reference), bias_and_variance_errors(images, reference)
-        beyond = (np.abs(block_scores(images, reference)) > 2).mean()
+        beyond = (np.abs(block_scores(images, reference, ALLOWANCE[scene])) > 2).mean()
         numbers = [bias2, bias2_error, variance, variance_error]
         z = z_of_reference(means, reference, ALLOWANCE[scene])
         yield [*cell, len(images), *(f"{v:.6g}" for v in numbers), f"{z:.2f}", *pairs, f"{beyond:.4f}"]
+
+
+def resolution(text):
+    """That references can be compared in."""
+    pixels = int(text)
+    if pixels <= 0 or (128 % pixels and pixels % 128):
+        raise argparse.ArgumentTypeError(f"{pixels} is neither a divisor nor a multiple of 128")
+    return pixels
 
 
 def main():
@@ -180,7 +185,7 @@ def main():
     parser.add_argument("--render", default="build/volgrad-render", help="the renderer")
     parser.add_argument("--output", default="build/figures", help="folder for what is not kept")
     parser.add_argument("--minutes", type=float, default=40, help="of rendering on two processors, roughly")
-    parser.add_argument("--resolution", type=int, default=128, help="pixels along a side: 128 divided or multiplied by a whole number")
+    parser.add_argument("--resolution", type=resolution, default=128, help="pixels along a side: 128 divided or multiplied by a whole number")
     parser.add_argument("--processes", type=int, default=PROCESSORS, help="renders at a time")
     parser.add_argument("--report", action="store_true", help="render nothing, write the plots and the page of the CSV files anew")
     arguments = parser.parse_args()
@@ -192,8 +197,7 @@ def main():
 
 def measure(arguments, output):
     renderer = str(Path(arguments.render).resolve())
-    binary = hashlib.sha256(Path(renderer).read_bytes()).hexdigest()[:8]
-    files = Files(output / f"{binary}-{arguments.resolution}", arguments.resolution)
+    files = Files(output / f"{inputs_hash(renderer)}-{arguments.resolution}", arguments.resolution)
     DATA.mkdir(exist_ok=True)
     render_transmittances(files, renderer)
     for name in SCENES:
@@ -205,21 +209,34 @@ def measure(arguments, output):
     left = [j for j in plan.jobs if key(j) not in done]
     print(f"{len(plan.jobs)} renders, {len(plan.jobs) - len(left)} of them done before", flush=True)
     about = f"Mitsuba {version('mitsuba')}, {machine(renderer)}, {arguments.minutes:g} minutes planned, {arguments.resolution} x {arguments.resolution} pixels"
-    rows = list(done.values())
-    write_rows(table, about, COLUMNS, chain_and_keep(rows, measured(left, arguments.processes, files, renderer)))
-    done = by_command(rows)
-    write_rows(DATA / "renders.csv", about, COLUMNS, (done[key(j)] for j in plan.jobs))
-    write_rows(DATA / "cells.csv", about, CELL_COLUMNS, cells(plan.jobs, files))
+    replace_table(table, about, COLUMNS, done.values())
+    add_rows(table, measured(left, arguments.processes, files, renderer))
+    done = read_done(table)
+    replace_table(DATA / "renders.csv", about, COLUMNS, (done[key(j)] for j in plan.jobs))
+    replace_table(DATA / "cells.csv", about, CELL_COLUMNS, cells(plan.jobs, files))
     figures_pictures.write(plan.jobs, files, output)
 
 
-def chain_and_keep(rows, more):
-    """The rows, then the others, which are added to them."""
-    yield from list(rows)
-    for row in more:
-        row = [str(c) for c in row]
-        rows.append(row)
-        yield row
+def inputs_hash(renderer):
+    """Of what renders and their errors depend on, beside the command."""
+    found = hashlib.sha256(version("mitsuba").encode())
+    scenes = sorted(f for f in (ROOT / "scenes").rglob("*") if f.suffix in (".xml", ".vol", ".exr"))
+    for file in (Path(renderer), *scenes):
+        found.update(file.read_bytes())
+    return found.hexdigest()[:8]
+
+
+def replace_table(file, about, columns, rows):
+    """All or nothing: who is stopped in between leaves the old one."""
+    new = file.with_suffix(".new")
+    write_rows(new, about, columns, rows)
+    new.replace(file)
+
+
+def add_rows(table, rows):
+    """Each as soon as it is there."""
+    with open(table, "a", newline="", buffering=1) as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 def usable_variants(files):

@@ -7,7 +7,7 @@ import figures_plots as plots
 import figures_tables as tables
 from figures_data import Data
 from figures_plan import FOOTPRINT, RADIUS, SCENES, STEP
-from measures import BLUR, ROOT
+from measures import ALLOWANCE, BLUR, ROOT
 from tables import html_table, marked_up, markdown, replace_between_markers
 
 README_PLOTS = ["beaten", "bias"]
@@ -55,32 +55,42 @@ def paragraph(text):
 
 
 ABOUT = f"""Errors are relative to the references (Mitsuba 3's `volpath`, 128 x 128), their noise taken out; RMSE is the root of the mean
-over pixels and channels. Intervals are 95 %, over the seeds, by the jackknife. Gains are ratios of squared errors: how many times more
-samples, or time, the other needs. Radii of the thesis' kernel, a ball, are {RADIUS} pixels in the middle of the scene after one sample per
-pixel unless said otherwise (a pixel is {", ".join(f"{FOOTPRINT[s]} in {s}" for s in SCENES)}, in world units), and shrink as
-i^((alpha - 1)/3). Counts of samples go up by factors of {STEP}. One thread each; CPU-seconds are user + system time, start-up included (for
-Mitsuba: of the render call alone, compiled before)."""
+over pixels and channels. Intervals are 95 %, over the seeds, by the jackknife; tests are at 95 % each, so that of twenty verdicts where
+there is no difference one is wrong. Gains are ratios of squared errors: how many times more samples, or time, the other needs. Radii of
+the thesis' kernel, a ball, are {RADIUS} pixels in the middle of the scene after one sample per pixel unless said otherwise (a pixel is
+{", ".join(f"{FOOTPRINT[s]} in {s}" for s in SCENES)}, in world units), and shrink as i^((alpha - 1)/3). Counts of samples go up by factors
+of {STEP}. One thread each; CPU-seconds are user + system time, start-up included (for Mitsuba: of the render call alone, compiled before)."""
 
-MODES_TEXT = """**gain**: squared error without shifts over that with them, at equal samples, and at equal CPU time, also after both
-images were blurred. **FLIP : without**: perceptual error with shifts over that without, at equal samples. **slope**: of RMSE over
-samples, both logarithmic; -0.5 without bias. **noise**, **bias**: of one image, rms over the pixels; what is below its own uncertainty
-is an upper limit. **energy**: image mean over that without shifts, from the same paths. **z**: of the image's mean against the
-reference's, beyond what the reference is known to be wrong by. **z paired**: against the same seeds, and so the same paths, without
-shifts. Bold z: beyond 3. **blocks > 2**: share of blocks of 8 x 8 pixels whose z is beyond 2; 4.6 % if unbiased (chains: more, since
-their noise comes in spots)."""
+ALLOWED = ", ".join(f"{ALLOWANCE[s]:.1%} in {s}" for s in SCENES)
+MODES_TEXT = f"""**gain**: squared error without shifts over that with them, at equal samples, and at equal CPU time, also after both
+images were blurred. **FLIP : without**: perceptual error with shifts over that without, at equal samples. **slope**: of RMSE over samples,
+both logarithmic, if those go up by {tables.WIDE} or more; -0.5 without bias. **noise**, **bias**: of one image, rms over the pixels; what
+is below its own uncertainty and what the reference is known to be wrong by ({ALLOWED}) is an upper limit. **energy**: image mean over that
+without shifts, from the same paths. **z**: of the image's mean against the reference's, beyond what the reference is known to be wrong by.
+**z paired**: against the same seeds, and so the same paths, without shifts. Bold z: beyond 3. **blocks > 2**: share of blocks of 8 x 8
+pixels whose z, less the same allowance, is beyond 2; no more than 4.6 % if unbiased (chains: more, since their noise comes in spots)."""
+
+EXTRAPOLATED = """~: less than the shortest or more than the longest renders took, so extrapolated. –: not reached in the longest renders,
+by an estimator whose bias stays, which more time need not make good; or too small an error to measure."""
+
+FEW_TEXT = """At few mutations per pixel much of a chain's error is that of the image's brightness, which is the same with and without
+shifts: it pulls gains towards 1."""
 
 SURFACES_TEXT = """A disk of equal size, in pixels or in world units: only the former moves first vertices on surfaces. Shifts are offsets tried
 for all contributions of a path; as many less as there are where surfaces stay belong to them. The renderer has no option that tells the
 energy of those paths apart."""
 
-DEFAULTS_TEXT = """Squared error at equal CPU time: nothing set (the scene and an output alone) over the best unbiased setting measured; without
-shifts over with the best of them. The best of many measured settings looks better than it is, by part of its interval."""
+DEFAULTS_TEXT = f"""Squared error at equal CPU time: nothing set (the scene and an output alone) over the best unbiased setting measured;
+without shifts over with the best of them. The best of several settings was picked by the same renders that it is judged by: it looks
+better than it is, by part of its interval. **within {tables.NEAR - 1:.0%}** and **goal** are yes or no where the whole interval is on one
+side; of the goal's two, one has to reach it."""
 
 
 def sections(data, folder):
     """Title, then parts."""
     yield "The thesis' claims, measured again", [
         paragraph("Whether batches of gradients beat plain MMLT at equal mutations, and whether those without bias do."),
+        paragraph(FEW_TEXT),
         table(tables.claims(data)),
     ]
     yield "Figure 21: smoke", [picture(folder, "details", "One render each; its difference from the reference; bias apart from noise; details.")]
@@ -93,7 +103,8 @@ def sections(data, folder):
     yield "What the figures of the thesis hide: bias and cost", [
         paragraph(MODES_TEXT),
         picture(folder, "bias", "Bias (full dots; arrows: upper limits) and noise (rings) of one image, rms over the pixels."),
-        "<h3>Metropolis chains</h3>", table(tables.modes(data, "mmlt")), "<h3>Path sampler</h3>", table(tables.modes(data, "path")),
+        "<h3>Metropolis chains</h3>", paragraph(FEW_TEXT), table(tables.modes(data, "mmlt")),
+        "<h3>Path sampler</h3>", table(tables.modes(data, "path")),
     ]  # fmt: skip
     yield "Figure 24: the initial radius", [
         picture(folder, "radii", "Smoke: one render for each radius, and its bias."),
@@ -104,7 +115,7 @@ def sections(data, folder):
         table(tables.best_alpha(data)),
         paragraph("Schedules: alpha 1 keeps the radius; thesis_printed begins anew with each batch, as [Lu20 alg. 2] is printed."),
         table(tables.schedules(data)),
-        paragraph("Outside: pixels that see no medium, in smoke. In cloud they see the sky, without error; in room and caustic there are none."),
+        paragraph(f"Outside: pixels whose camera rays meet no medium. There are some in {' and '.join(tables.with_outside(data))}."),
     ]
     yield "Correlated noise: blurred errors and FLIP", [
         picture(folder, "flip", f"Relative RMSE after a blur of {BLUR:g} pixels, and FLIP, against CPU time."),
@@ -119,7 +130,7 @@ def sections(data, folder):
     ]
     yield "Beside what people would use instead", [
         picture(folder, "beaten", "Relative RMSE against CPU time."),
-        paragraph("CPU-seconds to 10 % and to 3 % relative RMSE. ~: extrapolated from the longest renders by RMSE ~ 1/sqrt(time)."),
+        paragraph(f"CPU-seconds to 10 % and to 3 % relative RMSE, by RMSE ~ 1/sqrt(time). {EXTRAPOLATED}"),
         table(tables.peers(data)),
     ]
     yield "Defaults from evidence", [
@@ -141,11 +152,11 @@ def page_text(data, folder):
 README = """{about}. Again with `make figures`, which writes everything into one page, with the data in
 [experiments/figures](experiments/figures).
 
-Metropolis chains, at equal mutations per pixel: how many times lower the squared error is than without shifts.
+Metropolis chains, at equal mutations per pixel: how many times lower the squared error is than without shifts. {few}
 
 {claims}
 
-CPU-seconds to 10 % and to 3 % relative RMSE, 95 % intervals; ~: extrapolated.
+CPU-seconds to 10 % and to 3 % relative RMSE, 95 % intervals. {extrapolated}
 
 {peers}
 
@@ -155,7 +166,7 @@ CPU-seconds to 10 % and to 3 % relative RMSE, 95 % intervals; ~: extrapolated.
 
 def readme_text(data):
     claims, peers = ([header, [cells for cells, _ in rows]] for header, rows in (tables.claims(data), tables.peers(data)))
-    return README.format(about=data.about, claims=markdown(*claims), peers=markdown(*peers))
+    return README.format(about=data.about, few=FEW_TEXT, extrapolated=EXTRAPOLATED, claims=markdown(*claims), peers=markdown(*peers))
 
 
 def write(tables_folder, output):

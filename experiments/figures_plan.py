@@ -1,13 +1,14 @@
 """What `make figures` renders: programs (integrator and options), and jobs (scene, program, samples per pixel, seed).
 
-A plan depends on minutes, resolution and the renderer's modes alone, never on a clock: the same plan renders the same bits. Sample counts
-come from the costs below, which were measured once; on another machine the plan takes more or less time, but is the same.
+A plan depends on minutes, resolution, the renderer's modes and the Mitsuba variants that run here, never on a clock: the same plan renders
+the same bits. Sample counts come from the costs below, which were measured once; on another machine the plan takes more or less time, but
+is the same.
 
 Radii of the thesis' kernel, a ball in the world, are in pixels' footprints at the middle of the scene, and are those after one sample per
 pixel; where they shrink as i^((alpha - 1)/3), i counts the samples of the whole image, and the first of all has a larger one.
 """
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 SCENES = ["smoke", "room", "cloud", "caustic"]
 FOOTPRINT = {"smoke": 0.0386, "room": 0.028, "cloud": 0.0296, "caustic": 0.0204}  # world units per pixel, of 128, at the scene's middle
@@ -234,12 +235,12 @@ def surfaces(plan):
 
 
 def repeated(plan):
-    """One render of each of some programs once more, on two threads: the bits must be the same."""
-    for scene in SCENES:
-        for name in ("path exchangeable", "mmlt exchangeable"):
-            job = next(j for j in plan.jobs if (j.experiment, j.scene, j.program.name) == ("convergence", scene, name))
-            program = Program(job.program.integrator, job.program.mode, "", job.program.options + " --threads 2")
-            plan.jobs.append(Job("repeated", scene, program, job.count, job.seed))
+    """One render of each of some programs once more, on two threads: the bits must be the same. What is set by trials, too."""
+    again = [("convergence", scene, name) for scene in SCENES for name in ("path exchangeable", "mmlt exchangeable")]
+    for which in [*again, ("settings", "room", "default")]:
+        job = next(j for j in plan.jobs if (j.experiment, j.scene, j.program.name) == which)
+        program = replace(job.program, options=f"{job.program.options} --threads 2".strip())
+        plan.jobs.append(Job("repeated", job.scene, program, job.count, job.seed))
 
 
 def make_plan(minutes, resolution, help, variants):

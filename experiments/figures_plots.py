@@ -4,9 +4,8 @@ import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
-from figures_data import products, rmse  # noqa: E402
+from figures_data import part, products, rmse  # noqa: E402
 from figures_plan import ALPHA, MODES, SCENES  # noqa: E402
-from measures import student  # noqa: E402
 from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
 
 # Okabe and Ito's colours, which colour-blind people can tell apart; one per mode everywhere, one line style per integrator.
@@ -129,7 +128,7 @@ def flip(data, programs):
 def parts(cell):
     """Bias and noise of one image, with what they are known to: roots of the squares and of the ends of their intervals."""
     for name in ("bias2", "variance"):
-        value, error = float(cell[name]), student(int(cell["seeds"])) * float(cell[name + "_error"])
+        value, error = part(cell, name)
         ends = np.sqrt(np.maximum(0, [value, value - error, value + error]))
         yield ends if value > 0 else np.array([np.nan, 0, ends[2]])
 

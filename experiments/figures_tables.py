@@ -1,8 +1,8 @@
 """The tables of `make figures`, from the CSV files alone: each a header, rows, and to each row the commands that it was made by."""
 import numpy as np
-from figures_data import TARGETS, products, ratio, time_to
+from figures_data import TARGETS, part, products, ratio, time_to
 from figures_plan import ALPHA, MODES, SCENES, UNBIASED
-from measures import student
+from measures import TILES, still_text
 from tables import shown
 
 OURS = ["path", "path exchangeable", "bdpt", "mmlt", "mmlt exchangeable", "mmlt thesis"]
@@ -10,12 +10,16 @@ QUALITY = ["noise", "bias", "energy", "z", "z paired", "blocks > 2"]
 GOAL = 4  # times less squared error with shifts than without, in equal time
 NEAR = 1.2  # what sets nothing may cost, over the best measured setting
 SUSPICIOUS = 3  # |z|
+UNTOLD = "not told apart"
+WIDE = 8  # times more samples, from which on a slope says something
 
 
 def text(interval, missing="–"):
     return shown(*interval) if np.isfinite(interval).all() else missing
 
 
+def time_text(interval, extrapolated):
+    return ("~ " if extrapolated and np.isfinite(interval).all() else "") + text(interval)
 
 
 def pair(data, **wanted):
@@ -27,7 +31,8 @@ def pair(data, **wanted):
 
 def modes(data, integrator):
     """Each mode against the same paths, or mutations, without shifts."""
-    header = ["scene", "mode", "gain, equal samples", "cost", "gain, equal time", "the same, blurred", "FLIP : without", "slope", *QUALITY]
+    header = ["scene", "mode", "per pixel", "gain, equal samples", "cost", "gain, equal time", "the same, blurred", "FLIP : without"]
+    header += ["slope", *QUALITY]
     rows = []
     for scene in SCENES:
         wanted = {"experiment": "convergence", "scene": scene, "integrator": integrator}
@@ -36,7 +41,7 @@ def modes(data, integrator):
         for m in [m for m in ["none", *MODES] if data.find(**wanted, mode=m)]:
             this = {"count": top, "mode": m, **wanted}
             slope = fitted_slope(data, **wanted, mode=m)
-            cells = [scene, f"`{m}`", *gains(data, plain, this), slope, *quality(data.cell(**this))]
+            cells = [scene, f"`{m}`", f"{top}", *gains(data, plain, this), slope, *quality(data.cell(**this))]
             rows.append((cells, data.command(**this)))
     return header, rows
 
@@ -55,15 +60,14 @@ def fitted_slope(data, **wanted):
     """Exponent of the samples that RMSE goes by: -0.5 without bias."""
     counts = data.counts(**wanted)
     squared = [data.column("relative_mse", **wanted, count=c).mean() for c in counts]
-    if len(counts) < 2 or min(squared) <= 0:
+    if counts[-1] < WIDE * counts[0] or not np.min(squared) > 0:
         return "–"
     return f"{np.polynomial.Polynomial.fit(np.log(counts), np.log(squared) / 2, 1).convert().coef[1]:.2f}"
 
 
 def quality(cell):
     """Noise and bias of one image, relative; z of its mean."""
-    bias2, variance = float(cell["bias2"]), float(cell["variance"])
-    reach = student(int(cell["seeds"])) * float(cell["bias2_error"])
+    (bias2, reach), (variance, _) = part(cell, "bias2"), part(cell, "variance")
     bias = f"{np.sqrt(bias2):.1%}" if bias2 > reach else f"< {np.sqrt(max(reach, bias2 + reach)):.1%}"
     energy = f"{float(cell['energy']):+.2%}" if cell["energy"] else "–"
     z = [marked(cell[c] or "–") for c in ("z_reference", "z_paired")]
@@ -76,20 +80,20 @@ def marked(z):
 
 def claims(data):
     """Whether gradient batches beat plain MMLT at equal samples: the thesis' estimator, and ours."""
-    header = ["scene", "mode", "gain at equal mutations", "verdict"]
+    header = ["scene", "mode", "mutations per pixel", "gain at equal mutations", "verdict"]
     rows = []
     for scene in SCENES:
         wanted = {"experiment": "convergence", "scene": scene, "integrator": "mmlt"}
         top = data.counts(**wanted)[-1]
         for m in [m for m in ("thesis", "thesis_printed", "first_order", "exchangeable") if data.find(**wanted, mode=m)]:
             found = ratio(*(data.column("relative_mse", **wanted, count=top, mode=x) for x in ("none", m)))
-            rows.append(([scene, f"`{m}`", text(found), verdict(found)], data.command(**wanted, count=top, mode=m)))
+            rows.append(([scene, f"`{m}`", f"{top}", text(found), verdict(found)], data.command(**wanted, count=top, mode=m)))
     return header, rows
 
 
 def verdict(gain):
     if not np.isfinite(gain).all() or gain[1] < 1 < gain[2]:
-        return "not told apart"
+        return UNTOLD
     return "better" if gain[0] > 1 else "worse"
 
 
@@ -113,9 +117,14 @@ def best_alpha(data):
     rows = []
     for m in [m for m in data.values("mode", **wanted) if m != "none"]:
         settings = data.values("setting", **wanted, mode=m)
-        best = [min(settings, key=lambda s: data.column("relative_mse", **wanted, mode=m, setting=s, count=c).mean()) for c in counts]
+        best = [min(settings, key=lambda s: positive(data.column("relative_mse", **wanted, mode=m, setting=s, count=c).mean())) for c in counts]
         rows.append(([f"`{m}`", f"{ALPHA[m]}", *(b.split()[1] for b in best)], data.command(**wanted, mode=m, count=counts[-1])))
     return ["mode", "theory", *(f"best at {c} per pixel" for c in counts)], rows
+
+
+def with_outside(data):
+    """Scenes in which some camera rays meet no medium."""
+    return [s for s in SCENES if np.isfinite(data.column("outside_mse", experiment="convergence", scene=s)).any()]
 
 
 # ---- beyond ----
@@ -140,7 +149,7 @@ def repeated(data):
     """Whether the bits are the same again, on two threads."""
     rows = []
     for r in data.find(experiment="repeated"):
-        first = data.find(experiment="convergence", **{c: r[c] for c in ("scene", "program", "count", "seed")})[0]
+        first = data.find(**{c: r[c] for c in ("scene", "program", "count", "seed")})[0]
         same = "the same" if r["bits"] == first["bits"] else "**different**"
         rows.append(([r["scene"], r["program"], first["bits"], r["bits"], same], r["command"]))
     return ["scene", "program", "one thread", "two threads", ""], rows
@@ -170,22 +179,33 @@ def peers(data):
     for p in programs:
         cells = [p]
         for scene in SCENES:
-            least = min(v[0][0] for (_, s, t), v in times.items() if s == scene and t == TARGETS[0] and np.isfinite(v[0][0]))
+            found = [v[0][0] for (_, s, t), v in times.items() if s == scene and t == TARGETS[0]]
             for t in TARGETS:
-                interval, beyond = times[p, scene, t]
-                cell = ("~ " if beyond else "") + text(interval)
-                cells.append(f"**{cell}**" if t == TARGETS[0] and interval[0] == least else cell)
+                cell = time_text(*times[p, scene, t])
+                least = t == TARGETS[0] and times[p, scene, t][0][0] == np.nanmin(found)
+                cells.append(f"**{cell}**" if least else cell)
         experiment = "peers" if p.startswith("vol") else "convergence"
         all_scenes = [{"experiment": experiment, "scene": s, "program": p} for s in SCENES]
         rows.append((cells, "; ".join(data.command(**w, count=data.counts(**w)[-1]) for w in all_scenes)))
     return header, rows
 
 
-def best_setting(data, scene, integrator=None):
+def cost(data, **wanted):
+    """Squared error times CPU time."""
+    squared, seconds = pair(data, **wanted)
+    return positive(squared.mean()) * seconds.mean()
+
+
+def positive(squared):
+    """What the reference's noise hides is no best."""
+    return squared if squared > 0 else np.inf
+
+
+def best_setting(data, scene):
     """Of the unbiased ones: the one with the least error times CPU time."""
-    wanted = {"experiment": "settings", "scene": scene} | ({"integrator": integrator} if integrator else {})
+    wanted = {"experiment": "settings", "scene": scene}
     programs = [p for p in data.values("program", **wanted) if p != "default" and data.find(**wanted, program=p)[0]["mode"] in UNBIASED]
-    return min(programs, key=lambda p: np.prod([c.mean() for c in pair(data, **wanted, program=p)]))
+    return min(programs, key=lambda p: cost(data, **wanted, program=p))
 
 
 def defaults(data):
@@ -197,18 +217,23 @@ def defaults(data):
         best, nothing = best_setting(data, scene), pair(data, **wanted, program="default")
         over = products(nothing, pair(data, **wanted, program=best))
         gains = [products(pair(data, **wanted, program=i), pair(data, **wanted, program=best_shift(data, scene, i))) for i in ("path", "mmlt")]
-        reached = "yes" if max(g[0] for g in gains) >= GOAL else "no"
-        near = "yes" if over[0] <= NEAR else "not told apart" if over[1] <= NEAR else "no"
-        seconds, beyond = time_to(data, TARGETS[0], **wanted, program="default")
-        cells = [scene, f"`{best}`", text(over), near, ("~ " if beyond else "") + text(seconds), *map(text, gains), reached]
+        reached = answer(any(g[1] >= GOAL for g in gains), all(g[2] < GOAL for g in gains))
+        near = answer(over[2] <= NEAR, over[1] > NEAR)
+        seconds = time_text(*time_to(data, TARGETS[0], **wanted, program="default"))
+        cells = [scene, f"`{best}`", text(over), near, seconds, *map(text, gains), reached]
         cells += [text(products(pair(data, **wanted, program="path"), nothing)), marked(data.cell(**wanted, program="default")["z_reference"])]
         rows.append((cells, f"{data.command(**wanted, program='default')}; best: {data.command(**wanted, program=best)}"))
     return header, rows
 
 
+def answer(yes, no):
+    """By whole intervals; those that are not known say neither."""
+    return "yes" if yes else "no" if no else UNTOLD
+
+
 def best_shift(data, scene, integrator):
     wanted = {"experiment": "settings", "scene": scene, "integrator": integrator, "mode": "exchangeable"}
-    return min(data.values("program", **wanted), key=lambda p: np.prod([c.mean() for c in pair(data, **wanted, program=p)]))
+    return min(data.values("program", **wanted), key=lambda p: cost(data, **wanted, program=p))
 
 
 def where(data):
@@ -224,12 +249,12 @@ def where(data):
             squared = [data.column("relative_mse", **w) * n for w, n in zip((plain, this), counts)]
             seconds = [data.column("cpu_seconds", **w) / n for w, n in zip((plain, this), counts)]
             cells = [scene, integrator, f"`{best}`", text(ratio(*seconds[::-1])), text(ratio(*squared)), starting_up(data, scene, integrator)]
-            rows.append(([*cells, still(data, scene) if integrator == "path" else "–"], data.command(**this)))
+            rows.append(([*cells, error_of_still(data, scene) if integrator == "path" else "–"], data.command(**this)))
     return header, rows
 
 
 def starting_up(data, scene, integrator):
-    """Share of the CPU time, by the straight line through the convergence's counts."""
+    """CPU-seconds, by the straight line through the convergence's counts."""
     wanted = {"experiment": "convergence", "scene": scene, "program": integrator}
     counts = data.counts(**wanted)
     if len(counts) < 2:
@@ -239,9 +264,8 @@ def starting_up(data, scene, integrator):
     return f"{max(0, start):.1f} s"
 
 
-def still(data, scene):
-    """Over tiles of m pixels squared error per sample is still + moving/m; from m = 9 and 16, over that without tiles."""
+def error_of_still(data, scene):
+    """Its share, of squared errors per sample without tiles and over two sizes of them."""
     wanted = {"experiment": "settings", "scene": scene, "integrator": "path"}
-    programs = ["path", "path exchangeable n 8 run 2", "path exchangeable n 15 run 2"]
-    plain, nine, sixteen = (data.column("relative_mse", **wanted, program=p).mean() * data.counts(**wanted, program=p)[0] for p in programs)
-    return f"{(16 * sixteen - 9 * nine) / (16 - 9) / plain:.0%}"
+    programs = ["path", *(f"path exchangeable n {m - 1} run 2" for m in TILES)]
+    return still_text(*(data.column("relative_mse", **wanted, program=p) * data.counts(**wanted, program=p)[0] for p in programs))

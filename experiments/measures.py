@@ -14,12 +14,15 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "validate"))
 
 from images import blocks, exposure_of, squared_error, tonemap  # noqa: E402
+from scenes import SCENES as VALIDATED  # noqa: E402
 
 BLUR = 2.0  # pixels: the standard deviation of what an eye averages over, and half of the default tile
 BLUR_REACH = 8  # pixels
 BLOCK = 8  # pixels along a block whose means are compared
 REFERENCE_RUNS = 32  # a lower limit of what the reference's standard errors come from
 CONFIDENCE = 0.95
+TILES = [9, 16]  # pixels
+ALLOWANCE = {s.name: s.allowance for s in VALIDATED}  # what the references are known to be wrong by, relative
 
 
 # ---- one image ----
@@ -84,11 +87,18 @@ def bias_and_variance_errors(images, reference):
     return np.sqrt((len(images) - 1) * without_one.var(0))
 
 
-def block_scores(images, reference):
-    """z of the means of blocks against the reference's."""
+def block_scores(images, reference, allowance):
+    """z of the means of blocks against the reference's, less the allowance."""
     ours = np.array([blocks(i, BLOCK) for i in images])
     spread = np.sqrt(blocks(reference.stderr**2, BLOCK)) / BLOCK * np.sqrt(REFERENCE_RUNS)
-    return z_of_means(ours.mean(0), ours.std(0, ddof=1), len(ours), blocks(reference.image, BLOCK), spread)
+    target = blocks(reference.image, BLOCK)
+    return z_of_means(nearer(ours.mean(0), target, allowance), ours.std(0, ddof=1), len(ours), target, spread)
+
+
+def nearer(mean, target, allowance):
+    """A mean, nearer to the target by what that is known to be wrong by."""
+    difference = mean - target
+    return target + np.sign(difference) * np.maximum(0, np.abs(difference) - allowance * np.abs(target))
 
 
 def z_of_means(mean, deviation, count, reference, spread):
@@ -101,11 +111,9 @@ def z_of_means(mean, deviation, count, reference, spread):
 def z_of_reference(means, reference, allowance):
     """Of image means against the reference's, which is known to be wrong by up to the allowance."""
     target = reference.image.mean()
-    difference = means.mean() - target
-    beyond = np.sign(difference) * max(0.0, abs(difference) - allowance * target)
     pixels = reference.stderr.mean(2)  # channels share their paths
     spread = np.sqrt((pixels**2).sum()) / pixels.size * np.sqrt(REFERENCE_RUNS)
-    return float(z_of_means(target + beyond, means.std(ddof=1), len(means), target, spread))
+    return float(z_of_means(nearer(means.mean(), target, allowance), means.std(ddof=1), len(means), target, spread))
 
 
 def z_of_pairs(means, others):
@@ -136,6 +144,17 @@ def interval_of_log(statistic, *columns):
     value, error = jackknife(lambda *means: np.log(statistic(*means)), *columns)
     reach = student(len(columns[0])) * error
     return np.exp([value, value - reach, value + reach])
+
+
+def still(plain, small, large):
+    """Share of plain's squared error that no tile takes away. Over tiles of m pixels the error is V(m) = still + moving/m: the part that
+    moves becomes the same in all pixels of a tile, with the same mean. From two m follows what remains for m to infinity."""
+    return (TILES[1] * large - TILES[0] * small) / (TILES[1] - TILES[0]) / plain
+
+
+def still_text(plain, small, large):
+    share, error = jackknife(still, plain, small, large)
+    return f"{share:.0%} ± {student(len(plain)) * error:.0%}"
 
 
 def mean(column):

@@ -1,12 +1,14 @@
 """Checks that measures.py finds the bias and the variance that images were made with, and no bias where there is none.
 
 They fail if bias_and_variance keeps the images' noise or the reference's in the bias, if it takes the images' mean for one image, and
-with a bias other than what is expected.
+with a bias other than what is expected; also if z of blocks is not that of noise where there is no bias, or not less by the allowance.
 """
 import numpy as np
-from measures import Reference, bias_and_variance, bias_and_variance_errors, blur, errors, interval_of_log, z_of_pairs, z_of_reference
+from measures import (Reference, bias_and_variance, bias_and_variance_errors, block_scores, blur, errors, interval_of_log, z_of_pairs,
+                      z_of_reference)  # fmt: skip
 
 SIZE, SEEDS, NOISE, BIAS, REFERENCE_NOISE = 128, 8, 0.1, 0.05, 0.02
+BEYOND_2 = 0.0455  # of a normal distribution
 SIGMAS = 5  # what is allowed to be off, in standard errors: wrong once in a million times
 
 
@@ -35,10 +37,16 @@ def main():
         near(f"squared bias of {bias:.0%} in one half", found[0], of_bias, deviation[0])
         near("variance", found[1], of_noise, deviation[1])
         single = np.array([errors(i, reference)["relative_mse"] for i in images])
+        if bias == 0:
+            beyond = np.abs(block_scores(images, reference, 0)) > 2
+            near("share of blocks beyond 2", beyond.mean(), BEYOND_2, np.sqrt(BEYOND_2 / beyond.size))
         near("squared error of one image", single.mean(), of_bias + of_noise, single.std(ddof=1) / np.sqrt(SEEDS) + deviation[0])
     means, plain = images.mean((1, 2, 3)), synthetic(0)[0].mean((1, 2, 3))
     assert z_of_reference(means, reference, 0) > SIGMAS and z_of_pairs(means, plain) > SIGMAS, "bias is not seen"
     assert abs(z_of_reference(plain, reference, 0)) < 4 and abs(z_of_reference(means, reference, 0.1)) < 1e-6, "bias is seen where none is"
+
+    assert (np.abs(block_scores(images, reference, 0)) > 2).mean() > 0.4, "bias of blocks is not seen"
+    assert (np.abs(block_scores(images, reference, 2 * BIAS)) > 2).mean() == 0, "bias of blocks is seen within the allowance"
 
     noise = np.random.default_rng(2).standard_normal((SIZE, SIZE, 3))
     inside = slice(8, -8)

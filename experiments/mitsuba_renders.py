@@ -60,7 +60,7 @@ class Mitsuba:
         self.pool = ProcessPoolExecutor(1, mp_context=spawn, initializer=_start, initargs=(variant, home))
 
     def render(self, scene_file, spp, seed):
-        """The image, linear RGB, and the CPU-seconds. The integrator is the scene's, volpath."""
+        """The image, linear RGB, and the CPU-seconds. The integrator is the scene's."""
         return self.pool.submit(_render, scene_file, spp, seed).result()
 
     def close(self):

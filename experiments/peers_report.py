@@ -8,7 +8,7 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from measures import interval_of_log, jackknife, mean, ratio, student
+from measures import TILES, interval_of_log, mean, ratio, still, still_text
 from tables import markdown, replace_between_markers, shown
 
 matplotlib.use("Agg")
@@ -23,7 +23,6 @@ COLUMNS = ["scene", "program", "length", "round", "spp", "cpu_seconds", "relativ
 SCENES = ["smoke", "room", "cloud", "caustic"]
 SPECULAR = ["room", "caustic"]  # scenes with surfaces beside which paths do not move
 OURS = PLAIN, SHIFTED, BDPT, BDPT_SHIFTED, MMLT, MMLT_SHIFTED = "path", "path + shifts", "bdpt", "bdpt + shifts", "mmlt", "mmlt + shifts"
-TILES = [9, 16]  # pixels
 
 
 def tile_name(pixels):
@@ -63,19 +62,12 @@ class Measurements:
 # ---- the part that can be shifted ----
 
 
-def still(plain, small, large):
-    """Share of plain's squared error that no tile takes away. Over tiles of m pixels the error is V(m) = still + moving/m: the part that
-    moves becomes the same in all pixels of a tile, with the same mean. From two m follows what remains for m to infinity."""
-    return (TILES[1] * large - TILES[0] * small) / (TILES[1] - TILES[0]) / plain
-
-
 def movable(m, scene):
     """How much shifts gain in equal time on what can be shifted, and the share of the error that cannot."""
     if scene not in SPECULAR:
         return "the same", "–"
     programs = [PLAIN, *map(tile_name, TILES)]
     errors = [m.column(scene, p, "relative_mse", "short") for p in programs]
-    share, error = jackknife(still, *errors)
     tile = int(np.argmin([m.cost(scene, p, "short").mean() for p in programs[1:]])) + 1
     times = [m.column(scene, p, "cpu_seconds", "short") for p in (PLAIN, programs[tile])]
 
@@ -83,7 +75,7 @@ def movable(m, scene):
         left = still(*means[:3])
         return (1 - left) / (means[tile] / means[0] - left) * means[3] / means[4]
 
-    return shown(*interval_of_log(gain, *errors, *times)), f"{share:.0%} ± {student(ROUNDS) * error:.0%}"
+    return shown(*interval_of_log(gain, *errors, *times)), still_text(*errors)
 
 
 # ---- tables ----
