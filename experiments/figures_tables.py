@@ -5,7 +5,7 @@ from figures_plan import ALPHA, MODES, SCENES, UNBIASED
 from measures import TILES, still_text
 from tables import shown
 
-OURS = ["path", "path exchangeable", "bdpt", "mmlt", "mmlt exchangeable", "mmlt thesis"]
+OURS = ["path", "path exchangeable", "bdpt", "bdpt exchangeable", "mmlt", "mmlt exchangeable", "mmlt thesis"]
 QUALITY = ["noise", "bias", "energy", "z", "z paired", "blocks > 2"]
 GOAL = 4  # times less squared error with shifts than without, in equal time
 NEAR = 1.2  # what sets nothing may cost, over the best measured setting

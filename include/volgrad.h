@@ -220,15 +220,6 @@ typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// The subpaths whose numbers a mutation changes.
-typedef struct Change Change;
-
-// A shifted copy of the path.
-typedef struct Member Member;
-
-// The techniques that make paths, of all that could.
-typedef struct Repertoire Repertoire;
-
 // A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
 typedef struct volgrad_chain volgrad_chain;
 
@@ -256,7 +247,7 @@ typedef struct volgrad_shift_options {
   uint32_t run;
   // TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
   uint32_t exact_count;
-  // The path sampler's radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
+  // The samplers' and chains' radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
   float alpha;
   // FIRST_ORDER, HALF_ORDER, THESIS: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
   float clamp;
@@ -274,7 +265,8 @@ typedef struct volgrad_bidirectional_options {
   uint32_t heuristic;
   uint64_t seed;
   // Most vertices of a subpath from a light; 0 is no limit, or 3 with shifts, which take no more. Few are best where light has a few bright
-  // spots to come from: each costs a connection to every vertex from the camera.
+  // spots to come from: each costs a connection to every vertex from the camera. Light of directional, point and spot lights that passes n
+  // specular surfaces first is missing with fewer than n + 2.
   uint32_t light_vertices;
   // Connections and batches that add less luminance than this to a pixel are made by chance only, and count as much more: unbiased, and
   // faster where most of them are weak. A few times the image's mean luminance is good in scenes that are lit indirectly. 0: never.
@@ -878,7 +870,8 @@ volgrad_status volgrad_bidirectional_options_default(struct volgrad_bidirectiona
 
 // As `volgrad_path_sampler_run`, but each sample is a subpath from the camera, one from a light, and all their connections that make a path
 // of 2 ... max_length edges; directly visible lights and longer paths are the path sampler's (see `left_out_first` there). Pixels are
-// numbered row by row. Paths through specular surfaces to directional, point and spot lights, which no path sampler finds, are found here.
+// numbered row by row; with shifts and `VOLGRAD_KERNEL_TILE` tile by tile. Paths through specular surfaces to directional, point and spot
+// lights, which no path sampler finds, are found here, if `light_vertices` and `shift` leave them.
 //
 // A path is weighted by the true densities of all techniques that could have made it, free flight and phase functions included.
 // Subpaths start from lights at infinity only if the scene's bounds are known.
@@ -893,7 +886,8 @@ volgrad_status volgrad_bidirectional_run(const struct volgrad_scene *scene,
 
 // As `volgrad_bidirectional_run`, with the same samples, but adds only what one technique makes: paths of which `light_vertices` are
 // vertices of the subpath from a light and `camera_vertices`, 1 or more, of that from the camera; together 3 ... max_length + 1. To look
-// at, and to find mistakes.
+// at, and to find mistakes. Pixels are always numbered row by row; nothing is shifted, but with `options->shift` weights are those of the
+// techniques that shifts leave.
 //
 // `weighted` 1: what the technique adds to the image; all techniques sum to it. 0: without its weight, so that techniques of as many
 // edges show the same paths, where they can make them at all, with the noise of their own. That may be without bounds: a connection in a
@@ -950,12 +944,13 @@ volgrad_status volgrad_chain_plan(const struct volgrad_chain_options *options,
 // Fills options with their defaults: paths of 2 to 32 edges, no shifts. `struct_size`: `sizeof *options` of the caller.
 volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
 
-// Memory that a chain with these options needs: less than 3 KiB, 1 KiB for paths of up to 16 edges.
+// Memory that a chain with these options needs: less than 3 KiB, little more than 1 KiB for paths of up to 16 edges.
 volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, uintptr_t *bytes);
 
 // Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. `options` and
-// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. `VOLGRAD_ERROR_OTHER_PATH` if `start` is not from
-// samples with this scene, these techniques and this seed.
+// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. If `start` is not from samples with
+// this scene, these techniques and this seed: `VOLGRAD_ERROR_RANGE` if that sample is of another length, else `VOLGRAD_ERROR_OTHER_PATH` if
+// its value differs.
 volgrad_status volgrad_chain_init(void *memory,
                                   uintptr_t bytes,
                                   const struct volgrad_scene *scene,
@@ -973,7 +968,8 @@ volgrad_status volgrad_chain_init(void *memory,
 // camera's crop; all chains of a plan have made as many mutations then. What a chain adds depends on (scene, options, start) only, so threads
 // share chains among them in any way, each with a film of its own. `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or
 // `VOLGRAD_ERROR_INVALID_HIT` the chain is where it was after the last whole mutation, and stats->large_steps + small_steps says how many there
-// were: the next call goes on from there.
+// were: the next call goes on from there. On `VOLGRAD_ERROR_OTHER_PATH`, for another scene than that of `volgrad_chain_init`, chain and film are
+// as they were.
 volgrad_status volgrad_chain_run(struct volgrad_chain *chain,
                                  const struct volgrad_scene *scene,
                                  const struct volgrad_queries *queries,
@@ -982,7 +978,7 @@ volgrad_status volgrad_chain_run(struct volgrad_chain *chain,
                                  struct volgrad_chain_stats *stats);
 
 // Adds to `film` what is due at the path where the chain is now, and leaves the chain as it is: a last call for each chain before the final
-// image, or into a copy of the film for one on the way. `stats` may be NULL.
+// image, or into a copy of the film for one on the way. `stats` may be NULL. `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
 volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
                                    const struct volgrad_scene *scene,
                                    const struct volgrad_queries *queries,

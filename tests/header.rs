@@ -16,4 +16,9 @@ fn header_is_up_to_date() {
     }
     let stored = fs::read_to_string(&file).expect("include/volgrad.h exists");
     assert!(stored == text, "include/volgrad.h is stale: run with UPDATE_HEADER=1, and review the difference");
+    let foreign = |line: &&str| {
+        let name = line.strip_prefix("typedef struct ").or(line.strip_prefix("#define "));
+        name.is_some_and(|name| !name.starts_with("volgrad_") && !name.starts_with("VOLGRAD_"))
+    };
+    assert_eq!(text.lines().find(foreign), None, "not volgrad's name: exclude it in cbindgen.toml");
 }
