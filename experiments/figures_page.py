@@ -6,7 +6,7 @@ import shutil
 import figures_plots as plots
 import figures_tables as tables
 from figures_data import Data
-from figures_plan import FOOTPRINT, RADIUS, SCENES, STEP
+from figures_plan import CLAMP, FIRST_RADIUS, FOOTPRINT, RADIUS, SCENES, STEP
 from measures import ALLOWANCE, BLUR, ROOT
 from tables import html_table, marked_up, markdown, replace_between_markers
 
@@ -113,7 +113,8 @@ def sections(data, folder):
     yield "Figure 25: alpha, and the error outside of the medium", [
         picture(folder, "alpha", "Left: error against alpha, with theory's optimum dotted. Middle: bias of shrinking and constant radii."),
         table(tables.best_alpha(data)),
-        paragraph("Schedules: alpha 1 keeps the radius; thesis_printed begins anew with each batch, as [Lu20 alg. 2] is printed."),
+        paragraph(f"Schedules: alpha 1 keeps the radius; thesis_printed begins anew with each batch, as [Lu20 alg. 2] is printed. The thesis' "
+                  f"begin with a radius of {FIRST_RADIUS} pixels, and clamp weights at {CLAMP}."),
         table(tables.schedules(data)),
         paragraph(f"Outside: pixels whose camera rays meet no medium. There are some in {' and '.join(tables.with_outside(data))}."),
     ]

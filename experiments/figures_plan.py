@@ -20,6 +20,8 @@ ALPHA = {"thesis": 0.25, "thesis_printed": 0.25, "first_order": 0.25, "half_orde
 RADIUS = 1  # pixels
 RADII = [0.25, 0.5, 1, 2, 4]
 LARGE_RADIUS = 2  # whose bias shows
+FIRST_RADIUS = 8  # of the first sample of all, as in [Lu20 5.3], to compare the thesis' schedules
+CLAMP = 4  # of weights there: without, outliers hide the bias
 ALPHAS = [0, 0.25, 0.5, 0.625, 0.75, 1]
 SURFACE_RADIUS = 2
 GRADIENT = ["first_order", "half_order", "log_linear"]
@@ -104,6 +106,11 @@ def ball(mode, scene, resolution, radius=RADIUS, alpha=None):
     samples = 1 if mode in RESTARTS else resolution**2
     first = radius * FOOTPRINT[scene] * 128 / resolution * samples ** ((1 - alpha) / 3)
     return f"--shift {mode} --shift-kernel ball --shift-radius {first:.4g} --shift-alpha {alpha}"
+
+
+def scheduled(mode, scene, resolution, alpha):
+    radius = FIRST_RADIUS * FOOTPRINT[scene] * 128 / resolution
+    return f"--shift {mode} --shift-kernel ball --shift-radius {radius:.4g} --shift-alpha {alpha} --shift-clamp {CLAMP}"
 
 
 def shifted(integrator, mode, scene, resolution):
@@ -196,7 +203,9 @@ def alpha(plan):
     choices = [("path", m, ALPHAS) for m in GRADIENT]
     choices += [("mmlt", m, [ALPHA[m]] if m in RESTARTS else [ALPHA[m], 1]) for m in CHAINS_ONLY if m in plan.modes]
     programs = [plain(i) for i in dict.fromkeys(i for i, _, _ in choices)]
-    programs += [Program(i, m, f"alpha {a}", ball(m, "smoke", plan.resolution, LARGE_RADIUS, a)) for i, m, of_mode in choices for a in of_mode]
+    for i, m, of_mode in choices:
+        options = scheduled if m in CHAINS_ONLY else lambda *args: ball(*args[:3], LARGE_RADIUS, args[3])
+        programs += [Program(i, m, f"alpha {a}", options(m, "smoke", plan.resolution, a)) for a in of_mode]
     counts = plan.ladder(programs, "smoke", plan.seconds("alpha"))
     for p in programs:
         plan.add("alpha", "smoke", p, counts)

@@ -6,6 +6,7 @@ from measures import TILES, still_text
 from tables import shown
 
 OURS = ["path", "path exchangeable", "bdpt", "bdpt exchangeable", "mmlt", "mmlt exchangeable", "mmlt thesis"]
+ROUNDING = 1e-6  # of images, relative: what is less is the same energy
 QUALITY = ["noise", "bias", "energy", "z", "z paired", "blocks > 2"]
 GOAL = 4  # times less squared error with shifts than without, in equal time
 NEAR = 1.2  # what sets nothing may cost, over the best measured setting
@@ -70,7 +71,8 @@ def quality(cell):
     (bias2, reach), (variance, _) = part(cell, "bias2"), part(cell, "variance")
     bias = f"{np.sqrt(bias2):.1%}" if bias2 > reach else f"< {np.sqrt(max(reach, bias2 + reach)):.1%}"
     energy = f"{float(cell['energy']):+.2%}" if cell["energy"] else "–"
-    z = [marked(cell[c] or "–") for c in ("z_reference", "z_paired")]
+    paired = cell["z_paired"] if cell["energy"] and abs(float(cell["energy"])) > ROUNDING else ""
+    z = [marked(of or "–") for of in (cell["z_reference"], paired)]
     return [f"{np.sqrt(variance):.1%}", bias, energy, *z, f"{float(cell['blocks_beyond_2']):.1%}"]
 
 
