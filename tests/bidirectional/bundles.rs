@@ -121,7 +121,8 @@ fn a_contribution_alone_moves_like_its_path() {
                         Joined { scene: &scene, camera: sample.camera, light: sample.light, connection: &sample.connection };
                     bundle.clear();
                     bundle.add(&joined, &world.geometry, &shift).expect("the toy host never stops");
-                    let moves = joined.prepare(&world.geometry, &shift, &mut whole).expect("the toy host never stops");
+                    let moves = joined.moves(&shift)
+                        && joined.prepare(&world.geometry, &shift, &mut whole).expect("the toy host never stops");
                     let alone = bundle.finish();
                     assert_eq!(alone.is_some(), moves, "{name}");
                     let (Some(alone), Some(whole)) = (alone, whole.as_ref().filter(|_| moves)) else { return };
