@@ -299,9 +299,9 @@ MUTANTS = [
     ),
     Mutant(
         "tiles: the lens point is that of the first path sampled",
-        "src/sampler/path_tracer.rs",
-        "RandomNumbers::for_path(seed, pass, (top - y0) * width + left - x0)",
-        "RandomNumbers::for_path(seed, pass, pixel + 0 * (top + left))",
+        "src/sampler/camera_samples.rs",
+        "RandomNumbers::for_path(self.seed, self.pass, number(left, top))",
+        "RandomNumbers::for_path(self.seed, self.pass, pixel + 0 * number(left, top))",
         "determinism any_split_and_order",
     ),
     Mutant(
@@ -544,8 +544,8 @@ MUTANTS = [
     Mutant(
         "bidirectional: connections to specular vertices count among the camera's",
         "src/sampler/bidirectional/mis.rs",
-        "if connects(camera, i) && connects(camera, i - 1) {",
-        "if connects(camera, i) {",
+        "if connects(camera, i) && connects(camera, i - 1) && has(i) {",
+        "if connects(camera, i) && has(i) {",
         "bidirectional weights_on_each_material",
     ),
     Mutant(
@@ -558,8 +558,8 @@ MUTANTS = [
     Mutant(
         "bidirectional: importance without the camera's cosine",
         "src/sampler/bidirectional/connect.rs",
-        "scene.camera.direction_density(image.ray.cosine) * edge",
-        "scene.camera.direction_density(1.0) * edge",
+        "(scene.camera.direction_density(image.ray.cosine) / (image.distance",
+        "(scene.camera.direction_density(1.0) / (image.distance",
         "bidirectional weights_through_each_camera",
     ),
     Mutant(
@@ -790,8 +790,8 @@ MUTANTS = [
     Mutant(
         "metropolis: joined: the path carries its value without its weight",
         "src/sampler/bidirectional/shiftable.rs",
-        "luminance(self.connection.value) * self.connection.weight / luminance",
-        "luminance(self.connection.value) / luminance",
+        "luminance(self.connection.value) * self.connection.weight / luminance(path.carried",
+        "luminance(self.connection.value) / luminance(path.carried",
         "metropolis it_carries_the_weight_handed_in",
     ),
     Mutant(
@@ -809,10 +809,24 @@ MUTANTS = [
         "metropolis it_carries_the_weight_handed_in",
     ),
     Mutant(
+        "metropolis: surfaces that the kernel cannot move count every T-th time",
+        "src/sampler/bidirectional/shiftable.rs",
+        "(options.moves_surfaces() || !on_surface) && self.run(options).is_some()",
+        "(options.moves_surfaces() || !on_surface || true) && self.run(options).is_some()",
+        "metropolis surfaces_under_a_ball",
+    ),
+    Mutant(
+        "bidirectional: bundles: surfaces that the kernel cannot move are left to chance",
+        "src/sampler/bidirectional/bundle.rs",
+        "let may = options.moves_surfaces() ||",
+        "let may = true || options.moves_surfaces() ||",
+        "bidirectional a_contribution_alone",
+    ),
+    Mutant(
         "metropolis: joined: a run ends where the camera's subpath does",
         "src/sampler/bidirectional/shiftable.rs",
-        "while length < options.run && length + 1 < last",
-        "while length < options.run && length + 1 < self.camera.len()",
+        "while in_medium(1) && length < options.run && length + 1 < last",
+        "while in_medium(1) && length < options.run && length + 1 < self.camera.len()",
         "metropolis what_moves_depends_on_the_path_alone",
     ),
     Mutant(
