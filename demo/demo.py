@@ -15,7 +15,8 @@ from images import attribute, exposure_of, read, relative_mse, tonemap, upscale,
 SCENE = "room"
 SECONDS = 5
 TURNS = 8  # of each, one after the other, so that a busy machine slows both alike
-SHIFT = ["--shift", "exchangeable", "--shift-count", "15", "--shift-run", "1"]
+PLAIN = ["--integrator", "path"]
+SHIFT = [*PLAIN, "--shift", "exchangeable", "--shift-count", "15", "--shift-run", "1"]
 
 SCALE = 3  # of the pictures
 BLURRED = 4  # noise that neighbouring pixels share does not go away in blocks of so many pixels
@@ -45,7 +46,7 @@ def main():
     reference, stderr = (read(ROOT / "scenes" / "reference" / f"{SCENE}{kind}.exr") for kind in ("", "_stderr"))
 
     print(f"{SCENE}, {SECONDS * TURNS} s each, on all cores, in turns; errors are relative, without the reference's noise\n", flush=True)
-    kinds = {"plain": [], "shifted": SHIFT}
+    kinds = {"plain": PLAIN, "shifted": SHIFT}
     turns = {name: [] for name in kinds}
     for seed in range(TURNS):
         for name, options in kinds.items():
