@@ -104,28 +104,20 @@ class Volgrad:
         return read(self.file), after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def paths(scene, count):
-    return f"--integrator path --spp {count}"
+COUNTED = {
+    "path": "--integrator path --spp {count}",
+    "bdpt": "--integrator bdpt --spp {count}",
+    "mmlt": "--integrator mmlt --mutations {count} --bootstrap {samples}",
+}
 
 
-def shifted_paths(scene, count):
-    return f"{paths(scene, count)} {SHIFTS[scene]}"
+def command(integrator, shifts=None):
+    """The options of a scene's name and a count; `shifts`: by scene."""
+    def options(scene, count):
+        plain = COUNTED[integrator].format(count=count, samples=round(BOOTSTRAP * count * PIXELS))
+        return f"{plain} {shifts[scene]}" if shifts else plain
 
-
-def bidirectional(scene, count):
-    return f"--spp {count} --integrator bdpt"
-
-
-def shifted_bidirectional(scene, count):
-    return f"{bidirectional(scene, count)} {BIDIRECTIONAL_SHIFTS[scene]}"
-
-
-def chains(scene, count):
-    return f"--integrator mmlt --mutations {count} --bootstrap {round(BOOTSTRAP * count * PIXELS)}"
-
-
-def shifted_chains(scene, count):
-    return f"{chains(scene, count)} {CHAIN_SHIFTS[scene]}"
+    return options
 
 
 class Peer:
@@ -138,8 +130,8 @@ class Peer:
 
 def all_programs(renderer, output):
     """volgrad's, and those Mitsubas that run here."""
-    commands = {PLAIN: paths, SHIFTED: shifted_paths, BDPT: bidirectional, BDPT_SHIFTED: shifted_bidirectional, MMLT: chains,
-                MMLT_SHIFTED: shifted_chains}
+    commands = {PLAIN: command("path"), SHIFTED: command("path", SHIFTS), BDPT: command("bdpt"),
+                BDPT_SHIFTED: command("bdpt", BIDIRECTIONAL_SHIFTS), MMLT: command("mmlt"), MMLT_SHIFTED: command("mmlt", CHAIN_SHIFTS)}
     programs = [Volgrad(name, renderer, output, options) for name, options in commands.items()]
     for peer in [Peer(v, output / "home") for v in VARIANTS]:
         try:
@@ -152,8 +144,8 @@ def all_programs(renderer, output):
 
 def tile_programs(renderer, output):
     for pixels in TILES:
-        tile = f" --shift-count {pixels - 1}"  # the last one given counts
-        yield Volgrad(tile_name(pixels), renderer, output, lambda scene, count, tile=tile: shifted_paths(scene, count) + tile)
+        tiles = {scene: f"{options} --shift-count {pixels - 1}" for scene, options in SHIFTS.items()}  # the last one given counts
+        yield Volgrad(tile_name(pixels), renderer, output, command("path", tiles))
 
 
 # ---- measurement ----

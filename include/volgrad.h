@@ -29,6 +29,9 @@
 // Most edges of a path of the bidirectional sampler and of chains.
 #define VOLGRAD_MAX_LENGTH 64
 
+// Most vertices of a subpath from a light where bidirectional samples are shifted.
+#define VOLGRAD_MAX_SHIFTED_LIGHT_VERTICES 3
+
 // Weights p/sum p of the techniques that could have made a path [VG95].
 #define VOLGRAD_HEURISTIC_BALANCE 0
 
@@ -264,7 +267,8 @@ typedef struct volgrad_bidirectional_options {
   // `VOLGRAD_HEURISTIC_*`.
   uint32_t heuristic;
   uint64_t seed;
-  // Most vertices of a subpath from a light; 0 is no limit, or 3 with shifts, which take no more. Few are best where light has a few bright
+  // Most vertices of a subpath from a light; 0 is no limit, or with shifts, which take no more,
+  // VOLGRAD_MAX_SHIFTED_LIGHT_VERTICES. Few are best where light has a few bright
   // spots to come from: each costs a connection to every vertex from the camera. Light of directional, point and spot lights that passes n
   // specular surfaces first is missing with fewer than n + 2.
   uint32_t light_vertices;

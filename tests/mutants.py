@@ -790,8 +790,8 @@ MUTANTS = [
     Mutant(
         "metropolis: joined: the path carries its value without its weight",
         "src/sampler/bidirectional/shiftable.rs",
-        "luminance(self.connection.value) * self.connection.weight / luminance(path.carried",
-        "luminance(self.connection.value) / luminance(path.carried",
+        "luminance(self.connection.value) * self.connection.weight / luminance",
+        "luminance(self.connection.value) / luminance",
         "metropolis it_carries_the_weight_handed_in",
     ),
     Mutant(
@@ -811,15 +811,15 @@ MUTANTS = [
     Mutant(
         "metropolis: surfaces that the kernel cannot move count every T-th time",
         "src/sampler/bidirectional/shiftable.rs",
-        "(options.moves_surfaces() || !on_surface) && self.run(options).is_some()",
-        "(options.moves_surfaces() || !on_surface || true) && self.run(options).is_some()",
+        "self.suits(options) && self.run(options).is_some()",
+        "self.run(options).is_some()",
         "metropolis surfaces_under_a_ball",
     ),
     Mutant(
         "bidirectional: bundles: surfaces that the kernel cannot move are left to chance",
         "src/sampler/bidirectional/bundle.rs",
-        "let may = options.moves_surfaces() ||",
-        "let may = true || options.moves_surfaces() ||",
+        "joined.suits(options) && joined.first(",
+        "joined.first(",
         "bidirectional a_contribution_alone",
     ),
     Mutant(
@@ -967,8 +967,8 @@ MUTANTS = [
     Mutant(
         "bundle: shifted contributions are weighted twice",
         "src/sampler/bidirectional/shiftable.rs",
-        "luminance(self.connection.value) * self.connection.weight / luminance(value * rest);",
-        "luminance(self.connection.value) * self.connection.weight * self.connection.weight / luminance(value * rest);",
+        "self.scale(value * rest).map(|scale| rest * scale)",
+        "self.scale(value * rest).map(|scale| rest * scale * self.connection.weight)",
         "bidirectional a_bundle_and_what_stays_are_the_sample",
     ),
     Mutant(

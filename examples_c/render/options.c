@@ -82,9 +82,6 @@ static const struct option LONG_OPTIONS[] = {
 
 /* ---- one option ---- */
 
-/* As volgrad_bidirectional_options has it. */
-enum { MOST_SHIFTED_LIGHT_VERTICES = 3 };
-
 /* Most that volgrad_chain_plan takes. */
 enum { MOST_CHAINS = 1 << 24 };
 
@@ -330,7 +327,7 @@ static options_result check_line(const options *out, const usage *seen, int scen
     if (seen->not_for_bdpt != NULL && out->integrator == INTEGRATOR_BDPT) {
         return refuse(seen->not_for_bdpt, " means nothing with --integrator bdpt, which moves one vertex");
     }
-    if (out->shift.mode != VOLGRAD_SHIFT_NONE && out->light_vertices > MOST_SHIFTED_LIGHT_VERTICES) {
+    if (out->shift.mode != VOLGRAD_SHIFT_NONE && out->light_vertices > VOLGRAD_MAX_SHIFTED_LIGHT_VERTICES) {
         return refuse("", "--light-vertices: at most 3 with --shift");
     }
     if (out->shift.clamp > 0.0f && out->shift.mode != VOLGRAD_SHIFT_FIRST_ORDER && out->shift.mode != VOLGRAD_SHIFT_HALF_ORDER &&

@@ -13,7 +13,11 @@ use crate::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, MOST_L
 /// Most edges of a path of the bidirectional sampler and of chains.
 pub const VOLGRAD_MAX_LENGTH: u32 = 64;
 
+/// Most vertices of a subpath from a light where bidirectional samples are shifted.
+pub const VOLGRAD_MAX_SHIFTED_LIGHT_VERTICES: u32 = 3;
+
 const _: () = assert!(MAX_LENGTH == VOLGRAD_MAX_LENGTH as usize);
+const _: () = assert!(MOST_LIGHT_VERTICES == VOLGRAD_MAX_SHIFTED_LIGHT_VERTICES as usize);
 
 /// Weights p/sum p of the techniques that could have made a path [VG95].
 pub const VOLGRAD_HEURISTIC_BALANCE: u32 = 0;
@@ -33,7 +37,8 @@ pub struct volgrad_bidirectional_options {
     /// `VOLGRAD_HEURISTIC_*`.
     pub heuristic: u32,
     pub seed: u64,
-    /// Most vertices of a subpath from a light; 0 is no limit, or 3 with shifts, which take no more. Few are best where light has a few bright
+    /// Most vertices of a subpath from a light; 0 is no limit, or with shifts, which take no more,
+    /// VOLGRAD_MAX_SHIFTED_LIGHT_VERTICES. Few are best where light has a few bright
     /// spots to come from: each costs a connection to every vertex from the camera. Light of directional, point and spot lights that passes n
     /// specular surfaces first is missing with fewer than n + 2.
     pub light_vertices: u32,

@@ -5,7 +5,7 @@
 
 use super::shiftable::{Asker, Joined};
 use super::vertex::Kind;
-use crate::math::{Colour, luminance};
+use crate::math::Colour;
 use crate::scene::{Queries, Stop};
 use crate::shift::{self, Exit, MAX_WINGS, Onwards, Shiftable};
 
@@ -38,10 +38,7 @@ impl Bundle {
         let asker = Asker { path: joined, queries, derivatives: options.mode.has_derivatives() };
         let moves = match self.moves {
             Some(moves) => moves,
-            None => {
-                let may = options.moves_surfaces() || matches!(joined.vertex(1).kind, Kind::Medium { .. });
-                *self.moves.insert(may && joined.first(&asker, &mut self.path)?)
-            }
+            None => *self.moves.insert(joined.suits(options) && joined.first(&asker, &mut self.path)?),
         };
         if !(moves && (self.reconnect(joined, &asker)? || options.mode.has_queries() && self.follow(joined))) {
             self.plain += joined.connection.value * joined.connection.weight;
@@ -92,10 +89,9 @@ impl Bundle {
     fn follow(&mut self, joined: &Joined) -> bool {
         let Some(path) = self.path.as_mut().filter(|path| joined.is_chain(2) && path.chain.is_none()) else { return false };
         let Some(mut chain) = joined.chain(1) else { return false };
-        let value = path.value_of_chain(joined.scene, &chain);
-        let scale = luminance(joined.connection.value) * joined.connection.weight / luminance(value);
+        let Some(scale) = joined.scale(path.value_of_chain(joined.scene, &chain)) else { return false };
         chain.rest = Colour::splat(scale);
-        path.chain = Some(chain).filter(|_| scale.is_finite());
-        scale.is_finite()
+        path.chain = Some(chain);
+        true
     }
 }

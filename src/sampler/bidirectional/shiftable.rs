@@ -73,8 +73,12 @@ impl<'a> Joined<'_, 'a> {
 
     /// Whether batches move its first vertex. That depends on the path alone, not on the technique.
     pub fn moves(&self, options: &shift::Options) -> bool {
-        let on_surface = matches!(self.vertex(1).kind, Kind::Surface { .. });
-        (options.moves_surfaces() || !on_surface) && self.run(options).is_some()
+        self.suits(options) && self.run(options).is_some()
+    }
+
+    /// Whether the kernel has offsets for a first vertex like this one.
+    pub(super) fn suits(&self, options: &shift::Options) -> bool {
+        options.moves_surfaces() || !matches!(self.vertex(1).kind, Kind::Surface { .. })
     }
 
     /// Prepares it, with the weight that the connection says, in the place of another one. False: its first vertex may not move.
@@ -99,9 +103,9 @@ impl<'a> Joined<'_, 'a> {
         } else {
             path.onwards = Some(self.onwards(run.length, &asker)?);
         }
-        let scale = luminance(self.connection.value) * self.connection.weight / luminance(path.carried(self.scene));
-        path.scale(scale);
-        Ok(scale.is_finite())
+        let scale = self.scale(path.carried(self.scene));
+        path.scale(scale.unwrap_or(0.0));
+        Ok(scale.is_some())
     }
 
     /// Makes x_1 alone of it, in the place of another path. False: it may not move.
@@ -208,11 +212,16 @@ impl<'a> Joined<'_, 'a> {
         Ok((Link { next: place, depth: asker.depth(i, Depth::near)? }, phase.unwrap_or_default()))
     }
 
+    /// What makes of this colour as much as the connection says. None: nothing does.
+    pub(super) fn scale(&self, colour: Colour) -> Option<f64> {
+        let scale = luminance(self.connection.value) * self.connection.weight / luminance(colour);
+        scale.is_finite().then_some(scale)
+    }
+
     /// The factors from x_i on, so that together with `value`, those before, they are what the connection says. None: they cannot be.
     pub(super) fn rest_of(&self, i: usize, value: Colour) -> Option<Colour> {
         let rest = self.rest(i);
-        let scale = luminance(self.connection.value) * self.connection.weight / luminance(value * rest);
-        scale.is_finite().then_some(rest * scale)
+        self.scale(value * rest).map(|scale| rest * scale)
     }
 
     /// The factors from x_i on, of which only the ratios between the channels matter.
