@@ -108,13 +108,13 @@ def sections(data, folder):
     ]  # fmt: skip
     yield "Figure 24: the initial radius", [
         picture(folder, "radii", "Smoke: one render for each radius, and its bias."),
-        picture(folder, "radius", "Error, bias and noise. exchangeable: at a constant radius, unbiased."),
+        picture(folder, "radius", f"Error, bias and noise; weights clamped at {CLAMP}. exchangeable: at a constant radius, unbiased."),
     ]
     yield "Figure 25: alpha, and the error outside of the medium", [
         picture(folder, "alpha", "Left: error against alpha, with theory's optimum dotted. Middle: bias of shrinking and constant radii."),
         table(tables.best_alpha(data)),
         paragraph(f"Schedules: alpha 1 keeps the radius; thesis_printed begins anew with each batch, as [Lu20 alg. 2] is printed. The thesis' "
-                  f"begin with a radius of {FIRST_RADIUS} pixels, and clamp weights at {CLAMP}."),
+                  f"begin with a radius of {FIRST_RADIUS} pixels. Weights linear in the gradient are clamped at {CLAMP}."),
         table(tables.schedules(data)),
         paragraph(f"Outside: pixels whose camera rays meet no medium. There are some in {' and '.join(tables.with_outside(data))}."),
     ]

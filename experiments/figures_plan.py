@@ -21,10 +21,11 @@ RADIUS = 1  # pixels
 RADII = [0.25, 0.5, 1, 2, 4]
 LARGE_RADIUS = 2  # whose bias shows
 FIRST_RADIUS = 8  # of the first sample of all, as in [Lu20 5.3], to compare the thesis' schedules
-CLAMP = 4  # of weights there: without, outliers hide the bias
+CLAMP = 4  # of weights where radii or schedules are compared: without, outliers hide the bias
 ALPHAS = [0, 0.25, 0.5, 0.625, 0.75, 1]
 SURFACE_RADIUS = 2
 GRADIENT = ["first_order", "half_order", "log_linear"]
+LINEAR = ["thesis", "thesis_printed", "first_order", "half_order"]  # in the gradient: weights without bound
 MODES = ["thesis", "thesis_printed", *GRADIENT, "linear_depth", "exact", "two_level", "exchangeable"]
 UNBIASED = ["none", "exact", "two_level", "exchangeable"]
 CHAINS_ONLY = ["thesis", "thesis_printed"]
@@ -100,17 +101,21 @@ def plain(integrator):
     return Program(integrator, options="--shift none")
 
 
-def ball(mode, scene, resolution, radius=RADIUS, alpha=None):
+def ball(mode, scene, resolution, radius=RADIUS, alpha=None, clamp=None):
     """Of a mode with the thesis' kernel."""
     alpha = ALPHA[mode] if alpha is None else alpha
     samples = 1 if mode in RESTARTS else resolution**2
     first = radius * FOOTPRINT[scene] * 128 / resolution * samples ** ((1 - alpha) / 3)
-    return f"--shift {mode} --shift-kernel ball --shift-radius {first:.4g} --shift-alpha {alpha}"
+    return with_clamp(f"--shift {mode} --shift-kernel ball --shift-radius {first:.4g} --shift-alpha {alpha}", mode, clamp)
+
+
+def with_clamp(options, mode, clamp):
+    return f"{options} --shift-clamp {clamp}" if clamp and mode in LINEAR else options
 
 
 def scheduled(mode, scene, resolution, alpha):
     radius = FIRST_RADIUS * FOOTPRINT[scene] * 128 / resolution
-    return f"--shift {mode} --shift-kernel ball --shift-radius {radius:.4g} --shift-alpha {alpha} --shift-clamp {CLAMP}"
+    return with_clamp(f"--shift {mode} --shift-kernel ball --shift-radius {radius:.4g} --shift-alpha {alpha}", mode, CLAMP)
 
 
 def shifted(integrator, mode, scene, resolution):
@@ -190,7 +195,7 @@ def radius(plan):
     modes = [m for m in ("thesis", "first_order") if m in plan.modes]
     programs = [plain("mmlt")]
     for r in RADII:
-        programs += [Program("mmlt", m, f"r {r}", ball(m, "smoke", plan.resolution, r)) for m in modes]
+        programs += [Program("mmlt", m, f"r {r}", ball(m, "smoke", plan.resolution, r, clamp=CLAMP)) for m in modes]
         exchangeable = f"--shift exchangeable --shift-kernel ball --shift-radius {r * FOOTPRINT['smoke'] * 128 / plan.resolution:.4g}"
         programs.append(Program("mmlt", "exchangeable", f"r {r}", exchangeable))
     counts = plan.ladder(programs, "smoke", plan.seconds("radius"), 1)
@@ -204,7 +209,7 @@ def alpha(plan):
     choices += [("mmlt", m, [ALPHA[m]] if m in RESTARTS else [ALPHA[m], 1]) for m in CHAINS_ONLY if m in plan.modes]
     programs = [plain(i) for i in dict.fromkeys(i for i, _, _ in choices)]
     for i, m, of_mode in choices:
-        options = scheduled if m in CHAINS_ONLY else lambda *args: ball(*args[:3], LARGE_RADIUS, args[3])
+        options = scheduled if m in CHAINS_ONLY else lambda *args: ball(*args[:3], LARGE_RADIUS, args[3], CLAMP)
         programs += [Program(i, m, f"alpha {a}", options(m, "smoke", plan.resolution, a)) for a in of_mode]
     counts = plan.ladder(programs, "smoke", plan.seconds("alpha"))
     for p in programs:
