@@ -110,8 +110,9 @@ fn samples_and_burn_in_without_a_value_are_counted() {
 
     let mut chains = Chains::new(&world, &SETUP, 1);
     chains.options.burn_in = 500;
-    let (sampler, chain) = (chains.sampler(&scene, None, 1), &mut chains.chains[0].clone());
-    let mut stats = ChainStats::default();
-    sampler.burn_in(&mut chain.state, &mut chain.numbers, &mut Stats::default(), &mut stats).expect("never stops");
-    assert!(stats.burn_in == 500 && stats.dropped > 5 && stats.large + stats.small == 0);
+    let (sampler, mut stats) = (chains.sampler(&scene, None, 1), ChainStats::default());
+    for mut chain in chains.chains.clone() {
+        sampler.burn_in(&mut chain.state, &mut chain.numbers, &mut Stats::default(), &mut stats).expect("never stops");
+    }
+    assert!(stats.burn_in == 500 * chains.chains.len() as u64 && stats.dropped > 5 && stats.large + stats.small == 0);
 }

@@ -10,7 +10,7 @@ use volgrad::sampler::{Lengths, Stats, line_numbers};
 
 const LENGTHS: Lengths = Lengths { first: 3, last: 11 };
 /// What is left for all alike, of lengths and of each length's techniques.
-const ALL_ALIKE: f64 = 0.1;
+const ALL_ALIKE: f64 = 0.3;
 /// Running sums are in single precision.
 const SINGLE: f64 = 2e-7;
 
@@ -94,7 +94,7 @@ fn what_never_works_keeps_its_floor() {
     for length in 2..=4 {
         let shares = techniques.shares(length);
         assert!((shares.probability(length) - ALL_ALIKE / (length + 1) as f64).abs() < SINGLE);
-        assert!((0..length).any(|i| shares.probability(i) > 1.5 / (length + 1) as f64));
+        assert!((0..length).any(|i| shares.probability(i) > 1.2 / (length + 1) as f64));
     }
     assert_eq!(learn(9, lengths, &vec![0.0; 2000]), alike);
 }

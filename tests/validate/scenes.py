@@ -100,7 +100,7 @@ SCENE_FILES = Path(__file__).resolve().parents[2] / "scenes"
 
 # Chains long enough for their beginning not to matter, burn-ins short, passes of the path sampler for what is seen directly.
 QUICK_CHAINS = ["--mutations", "1", "--spp", "1", "--chains", "32", "--burn-in", "128"]
-LONG_CHAINS = ["--mutations", "8", "--spp", "4", "--chains", "64", "--bootstrap", "131072"]
+LONG_CHAINS = ["--mutations", "8", "--spp", "4", "--chains", "64", "--bootstrap", "524288"]
 SPREAD_CHAINS = ["--mutations", "2", "--spp", "1", "--bootstrap", "16384", "--chains", "32", "--burn-in", "128"]
 QUICK_BIDIRECTIONAL, LONG_BIDIRECTIONAL = 1, 8  # samples per pixel
 DIRECT = ["--max-depth", "1", "--spp", "64"]
