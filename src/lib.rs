@@ -23,3 +23,5 @@ pub mod shift;
 pub mod exr;
 #[cfg(feature = "ffi")]
 pub mod ffi;
+#[cfg(feature = "freestanding")]
+mod freestanding;

@@ -307,8 +307,8 @@ MUTANTS = [
     Mutant(
         "tiles at the border end a pixel too early",
         "src/shift/tile.rs",
-        "(p - inside.min(p - first), (p + self.side - inside).min(end))",
-        "(p - inside.min(p - first), (p + self.side - inside).min(end - 1).max(p + 1))",
+        "(p - inside.min(p - first), (p + self.side.get() - inside).min(end))",
+        "(p - inside.min(p - first), (p + self.side.get() - inside).min(end - 1).max(p + 1))",
         "tiles tiles_are_a_partition",
     ),
     # The path sampler.
@@ -537,8 +537,8 @@ MUTANTS = [
     Mutant(
         "bidirectional: the sun can be found",
         "src/sampler/bidirectional/mis.rs",
-        "if i == 0 { light[0].can_be_found() }",
-        "if i == 0 { true }",
+        "None => vertex.can_be_found(),",
+        "None => true,",
         "bidirectional weights_under_each_light",
     ),
     Mutant(
@@ -804,8 +804,8 @@ MUTANTS = [
     Mutant(
         "metropolis: joined: the edge of the other side",
         "src/sampler/bidirectional/shiftable.rs",
-        "self.light[self.last() - i].edge.reversed()",
-        "self.light[self.last() - i].edge",
+        "self.vertex(i).edge.reversed()",
+        "self.vertex(i).edge",
         "metropolis it_carries_the_weight_handed_in",
     ),
     Mutant(
@@ -974,8 +974,8 @@ MUTANTS = [
     Mutant(
         "an exit's phase function is that of the path itself",
         "src/shift/run.rs",
-        "self.values[g] = exit.wing.map_or(value, |(phase, to_other)| value * phase.eval(-aim.direction.dot(to_other)));",
-        "self.values[g] = value;",
+        "*group = exit.wing.map_or(value, |(phase, to_other)| value * phase.eval(-aim.direction.dot(to_other)));",
+        "*group = value;",
         "bidirectional a_contribution_alone_moves_like_its_path",
     ),
     Mutant(

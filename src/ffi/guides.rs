@@ -113,8 +113,9 @@ pub unsafe extern "C" fn volgrad_guide_init(
         unsafe { (&raw mut (*object).stamp).write(0) };
         let place = size_of::<volgrad_scene>().next_multiple_of(ALIGNMENT);
         // SAFETY: the memory is aligned and holds the scene and the guides behind it.
-        let guides =
-            unsafe { fill(memory.cast::<u8>().add(place), scene.lights.lights.len(), |light| Ok(guide(&film, light)))? };
+        let guides = unsafe {
+            fill(memory.cast::<u8>().add(place), (0..scene.lights.lights.len()).map(|light| Ok(guide(&film, light))))?
+        };
         let lights = Lights { guides, ..scene.lights };
         // SAFETY: as above.
         unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { lights, ..*scene }, fields }) };

@@ -208,17 +208,18 @@ pub(super) unsafe fn report(error: *mut volgrad_error, fault: &Fault) {
 /// A section of the caller's memory, filled value by value.
 ///
 /// # Safety
-/// `section` is aligned to ALIGNMENT, holds `count` values, and is free to write for as long as the scene is used.
+/// `section` is aligned to ALIGNMENT, holds all `values`, and is free to write for as long as the scene is used.
 pub(super) unsafe fn fill<T>(
     section: *mut u8,
-    count: usize,
-    mut value: impl FnMut(usize) -> Result<T, Fault>,
+    values: impl Iterator<Item = Result<T, Fault>>,
 ) -> Result<&'static mut [T], Fault> {
     const { assert!(align_of::<T>() <= ALIGNMENT) };
     let section = section.cast::<T>();
-    for i in 0..count {
+    let mut count = 0;
+    for value in values {
         // SAFETY: the caller's promise.
-        unsafe { section.add(i).write(value(i)?) };
+        unsafe { section.add(count).write(value?) };
+        count += 1;
     }
     // SAFETY: all `count` values were written just now.
     Ok(unsafe { slice::from_raw_parts_mut(section, count) })
@@ -232,22 +233,22 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     unsafe { (&raw mut (*object).stamp).write(0) };
     let camera = convert::camera(&desc.camera, desc.media.len() as u32)?;
     let at = |start: usize| unsafe { memory.add(start) };
-    let mut bricks = unsafe { fill(at(layout.bricks), desc.brick_count()?, |_| Ok(Brick::default()))? };
-    let mut custom_media = desc.custom_media();
-    let field = |_| custom_media.next().map_or(Err(VOLGRAD_ERROR_INTERNAL.into()), |(i, m)| unsafe { custom::field(m, i) });
-    let fields: &[Field] = unsafe { fill(at(layout.fields), desc.custom_media().count(), field)? };
+    let mut bricks = unsafe { fill(at(layout.bricks), (0..desc.brick_count()?).map(|_| Ok(Brick::default())))? };
+    let custom_fields = desc.custom_media().map(|(i, m)| unsafe { custom::field(m, i) });
+    let fields: &[Field] = unsafe { fill(at(layout.fields), custom_fields)? };
     let mut own_fields = fields.iter();
-    let medium = |i: usize| medium(&desc.media[i], i, &mut bricks, &mut own_fields);
-    let media = unsafe { fill(at(layout.media), desc.media.len(), medium)? };
-    let material = |i: usize| convert::material(&desc.materials[i], i);
-    let materials = unsafe { fill(at(layout.materials), desc.materials.len(), material)? };
-    let mut sums = unsafe { fill(at(layout.sums), desc.sum_count()?, |_| Ok(0.0))? };
-    let lights = unsafe { fill(at(layout.lights), desc.lights.len(), |i| light(&desc.lights[i], i, &mut sums))? };
-    let cdf = unsafe { fill(at(layout.cdf), desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))? };
+    let numbered_media = desc.media.iter().enumerate();
+    let media = unsafe { fill(at(layout.media), numbered_media.map(|(i, m)| medium(m, i, &mut bricks, &mut own_fields)))? };
+    let numbered_materials = desc.materials.iter().enumerate();
+    let materials = unsafe { fill(at(layout.materials), numbered_materials.map(|(i, m)| convert::material(m, i)))? };
+    let mut sums = unsafe { fill(at(layout.sums), (0..desc.sum_count()?).map(|_| Ok(0.0)))? };
+    let numbered_lights = || desc.lights.iter().enumerate();
+    let lights = unsafe { fill(at(layout.lights), numbered_lights().map(|(i, l)| light(l, i, &mut sums)))? };
+    let cdf = unsafe { fill(at(layout.cdf), numbered_lights().map(|(i, l)| convert::light_weight(l, i)))? };
     leave_constant_sky_to_chance(lights, cdf);
     accumulate(cdf);
-    let light_medium = |i: usize| convert::light_medium(&desc.lights[i], i, desc.media.len() as u32);
-    let light_media = unsafe { fill(at(layout.light_media), desc.lights.len(), light_medium)? };
+    let light_medium = |(i, l)| convert::light_medium(l, i, desc.media.len() as u32);
+    let light_media = unsafe { fill(at(layout.light_media), numbered_lights().map(light_medium))? };
     let mut environments = (0u32..).zip(lights.iter()).filter(|(_, l)| l.is_environment());
     let environment = environments.next().map(|(i, _)| i);
     if let Some((i, _)) = environments.next() {

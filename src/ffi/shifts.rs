@@ -239,7 +239,7 @@ pub unsafe extern "C" fn volgrad_shift_path(
             return Err(VOLGRAD_ERROR_TOO_SMALL.into());
         }
         let result = unsafe { array_mut(splats, batch.count) }?;
-        result.copy_from_slice(&batch.all[..batch.count]);
+        result.iter_mut().zip(batch.all).for_each(|(to, splat)| *to = splat);
         write(batch.count as u32);
         Ok(())
     })())

@@ -11,11 +11,11 @@
 
 use super::{Extent, Inversion, Moments, Stretch};
 use crate::math::{DAffine3, DVec3, floor, sqrt};
-use core::fmt::Debug;
+use core::fmt;
 use core::ops::ControlFlow;
 
 /// A density as the host computes it, a function of the point alone. Values that are NaN, infinite or negative count as 0.
-pub trait DensityField: Debug + Sync {
+pub trait DensityField: Sync {
     /// Fills `densities`, as long as `points`.
     fn densities(&self, points: &[DVec3], densities: &mut [f64]);
     /// Fills `gradients`, as long as `points`, 1/world unit.
@@ -23,13 +23,20 @@ pub trait DensityField: Debug + Sync {
 }
 
 /// A density field inside a box, 0 outside.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Custom<'a> {
     field: &'a dyn DensityField,
     /// To where the box is the unit cube.
     to_box: DAffine3,
     step: f64,
     majorant: f64,
+}
+
+// A host's field has nothing to show; and what shows numbers can panic, so that it is left out of libvolgrad_core.
+impl fmt::Debug for Custom<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Custom")
+    }
 }
 
 /// Panels along the longest chord of a box.
@@ -197,7 +204,7 @@ impl<'a> Custom<'a> {
             return ControlFlow::Continue(());
         }
         let panel_of =
-            |t: f64| floor((t - chord.start) / (chord.end - chord.start) * chord.panels).clamp(0.0, chord.panels - 1.0);
+            |t: f64| floor((t - chord.start) / (chord.end - chord.start) * chord.panels).max(0.0).min(chord.panels - 1.0);
         let (mut next, last) = (panel_of(start) as usize, panel_of(end) as usize);
         while next <= last {
             let count = (last + 1 - next).min(BATCH - 1);

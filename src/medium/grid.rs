@@ -129,7 +129,7 @@ impl<'a> Grid<'a> {
     pub fn extent(&self, stretch: &Stretch) -> Option<Extent> {
         let line = self.line(stretch);
         let clip = self.clip(&line, stretch)?;
-        let normal = |axis: usize| self.gradient_to_world.col(axis);
+        let normal = |axis| self.normal(axis);
         let bounds = self.samples.bounds(&line, &clip.inside);
         Some(Extent {
             start: clip.inside.start,
@@ -145,10 +145,16 @@ impl<'a> Grid<'a> {
 
     /// The jump of ρ by `sign`·ρ(t) at a face across `axis`: ∇ρ holds −(ρ_before − ρ_after) δ n/(n·direction).
     fn add_face(&self, sum: &mut Moments, stretch: &Stretch, line: &LatticeLine, t: f64, axis: usize, sign: f64) {
-        let normal = self.gradient_to_world.col(axis);
+        let normal = self.normal(axis);
         let jump = sign * self.value_at(line.at(t)) * normal / normal.dot(stretch.direction);
         sum.gradient += jump;
         sum.first_moment += t * jump;
+    }
+
+    /// A normal of the faces across `axis`, of any length.
+    fn normal(&self, axis: usize) -> DVec3 {
+        let DMat3 { x_axis, y_axis, z_axis } = self.gradient_to_world;
+        [x_axis, y_axis].get(axis).copied().unwrap_or(z_axis)
     }
 
     fn line(&self, stretch: &Stretch) -> LatticeLine {

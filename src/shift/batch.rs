@@ -133,16 +133,19 @@ fn two_level<Q: Queries>(
     splat: &mut impl FnMut(DVec2, Colour),
 ) -> Result<(), Stop> {
     let mut chosen = [0; super::MAX_SHIFTS];
+    let mut slots = chosen.iter_mut().zip(&mut exact.0);
     let wanted = options.exact_count.min(members.len());
     let mut count = 0;
     // Selection sampling: every subset of that size is equally likely. Source: D. Knuth, TAOCP 2, 3.4.2, algorithm S.
-    for index in 0..members.len() {
-        if (draw.random)() * ((members.len() - index) as f64) < (wanted - count) as f64 {
-            (chosen[count], exact.0[count]) = (index, members[index]);
+    for (index, member) in members.iter().enumerate() {
+        if (draw.random)() * ((members.len() - index) as f64) < (wanted - count) as f64
+            && let Some((number, slot)) = slots.next()
+        {
+            (*number, *slot) = (index, *member);
             count += 1;
         }
     }
-    let exact = &mut exact.0[..count];
+    let exact = exact.0.get_mut(..count).unwrap_or(&mut []);
     evaluation.run(exact)?;
     members.iter_mut().for_each(|member| member.predict(evaluation.scene, evaluation.path));
     let mut corrections = chosen.iter().zip(exact.iter()).peekable();

@@ -150,16 +150,17 @@ impl<Q: Queries> Evaluation<'_, Q> {
         let mut count = 0;
         for tip in tips.iter_mut() {
             *tip = tip.filter(|tip| tip.value.max_element() > 0.0);
-            if let Some(tip) = tip {
-                rays[count] = tip.ray;
+            if let (Some(tip), Some(ray)) = (tip, rays.get_mut(count)) {
+                *ray = tip.ray;
                 count += 1;
             }
         }
-        if count == 0 {
+        let (Some(rays), Some(hits)) = (rays.get(..count), self.hits.get_mut(..count)) else { return Ok(()) };
+        if rays.is_empty() {
             return Ok(());
         }
         self.stats.rays += count as u64;
-        self.queries.intersect(&rays[..count], &mut self.hits[..count])?;
+        self.queries.intersect(rays, hits)?;
         let mut hits = self.hits.iter();
         for (tip, member) in tips.iter_mut().zip(chunk) {
             let Some(last) = tip.take() else { continue };

@@ -153,21 +153,26 @@ impl<'a, Q: Queries> Evaluation<'a, Q> {
         let mut asked = [const { None }; CHUNK];
         let mut count = 0;
         for (index, member) in chunk.iter().enumerate() {
-            if let Some((ray, known)) = ray_of(member) {
-                (rays[count], asked[count]) = (ray, Some((index, known)));
+            if let Some((ray, known)) = ray_of(member)
+                && let (Some(free), Some(known_of)) = (rays.get_mut(count), asked.get_mut(count))
+            {
+                (*free, *known_of) = (ray, Some((index, known)));
                 count += 1;
             }
         }
-        if count == 0 {
+        let (Some(rays), Some(hits)) = (rays.get(..count), self.hits.get_mut(..count)) else { return Ok(()) };
+        if rays.is_empty() {
             return Ok(());
         }
         let counter = if wanted == HIT_NONE { &mut self.stats.occlusion_rays } else { &mut self.stats.rays };
         *counter += count as u64;
-        query(self.queries, &rays[..count], &mut self.hits[..count])?;
-        for (hit, (index, known)) in self.hits[..count].iter().zip(asked.into_iter().flatten()) {
+        query(self.queries, rays, hits)?;
+        for (hit, (index, known)) in hits.iter().zip(asked.into_iter().flatten()) {
             if hit.kind == wanted {
                 hit.check(self.scene)?;
-                found(self.scene, &mut chunk[index], known, hit);
+                if let Some(member) = chunk.get_mut(index) {
+                    found(self.scene, member, known, hit);
+                }
             } else if hit.kind == HIT_OVERFLOW {
                 // More media than fit: f counts as 0 there.
                 self.stats.overflows += 1;

@@ -34,9 +34,10 @@ pub(super) fn group_gradients(camera: &Camera, scene: &Scene, path: &Shiftable, 
     let mut gradients = [DVec3::ZERO; GROUPS];
     let rests = path.rests();
     let mut set = |g: usize, gradient: PerChannel| {
-        let colour = own.values[g] * rests[g];
+        let (Some(slot), Some(value), Some(rest)) = (gradients.get_mut(g), own.values.get(g), rests.get(g)) else { return };
+        let colour = *value * *rest;
         if luminance(colour) > 0.0 {
-            gradients[g] = gradient.of_luminance(colour);
+            *slot = gradient.of_luminance(colour);
         }
     };
     let mut a = PerChannel([DVec3::ZERO; 3]);

@@ -140,6 +140,11 @@ impl Shiftable {
         &self.run[0]
     }
 
+    /// The run's vertex `i` after the first.
+    fn later(&self, i: usize) -> Option<&RunVertex> {
+        self.run.get(i).filter(|_| i > 0)
+    }
+
     /// The exits, by group.
     pub fn exits(&self) -> &[Exit] {
         self.exits.get(..self.exit_count).unwrap_or(&[])
@@ -321,11 +326,11 @@ impl Progress {
 
     /// The position of the run's vertex `i`.
     pub fn vertex(&self, path: &Shiftable, i: usize) -> DVec3 {
-        if i == 0 { self.y } else { path.run[i].x + (self.y - path.run[0].x) }
+        path.later(i).map_or(self.y, |vertex| vertex.x + (self.y - path.first().x))
     }
 
     fn towards_previous(&self, path: &Shiftable, i: usize) -> DVec3 {
-        if i == 0 { -self.image.ray.direction } else { path.run[i].to_previous }
+        path.later(i).map_or(-self.image.ray.direction, |vertex| vertex.to_previous)
     }
 
     /// Whether light gets from vertex `i` to the camera.
@@ -356,7 +361,9 @@ impl Progress {
     /// What leaves by the exit of group `g` arrives.
     pub fn exit(&mut self, g: usize, exit: &Exit, aim: &Aim, optical_depth: Colour) {
         let value = aim.geometry * transmittance(optical_depth);
-        self.values[g] = exit.wing.map_or(value, |(phase, to_other)| value * phase.eval(-aim.direction.dot(to_other)));
+        if let Some(group) = self.values.get_mut(g) {
+            *group = exit.wing.map_or(value, |(phase, to_other)| value * phase.eval(-aim.direction.dot(to_other)));
+        }
     }
 
     /// The link onwards arrives.
@@ -370,7 +377,7 @@ impl Progress {
 
     /// From the run's vertex before `i` to that one.
     pub fn step(&mut self, scene: &Scene, path: &Shiftable, i: usize, place: Place, optical_depth: Colour) {
-        let scattering = self.place.scattering(scene, self.towards_previous(path, i - 1), -path.run[i].to_previous);
+        let scattering = self.place.scattering(scene, self.towards_previous(path, i - 1), -self.towards_previous(path, i));
         let sigma_s = place.scattering_coefficient(scene, self.vertex(path, i));
         self.a *= scattering * sigma_s * transmittance(optical_depth);
         (self.reached, self.place) = (i, place);

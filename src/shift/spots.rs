@@ -40,7 +40,8 @@ impl Spots {
 
     fn push(&mut self, offset: DVec3, pixel: DVec2) {
         let i = self.count;
-        self.pixels[i] = pixel;
+        let Some(slot) = self.pixels.get_mut(i) else { return };
+        *slot = pixel;
         for (axis, coordinate) in self.offsets.iter_mut().zip(offset.to_array()) {
             axis[i] = coordinate;
         }
@@ -50,7 +51,7 @@ impl Spots {
     /// Leaves out those whose offset is not to be kept.
     pub fn retain(&mut self, keep: impl Fn(DVec3) -> bool) {
         let all = core::mem::take(&mut self.count);
-        for i in 0..all {
+        for i in 0..all.min(ROOM) {
             let offset = DVec3::from_array(self.offsets.each_ref().map(|axis| axis[i]));
             if keep(offset) {
                 self.push(offset, self.pixels[i]);

@@ -4,11 +4,12 @@
 use super::kernel::{MAX_SHIFTS, Options};
 use crate::math::{Colour, DVec2, absorptance, floor, mean};
 use crate::scene::{Camera, HIT_OVERFLOW, ImagePoint, Queries, Scene, Stop, View};
+use core::num::NonZeroU32;
 
 /// How tiles cover the sampled pixels. Those at the border are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tiling {
-    side: u32,
+    side: NonZeroU32,
     begin: [u32; 2],
     /// [x0, y0] inclusive to [x1, y1] exclusive.
     crop: [u32; 4],
@@ -20,20 +21,21 @@ pub type Bounds = [u32; 4];
 impl Tiling {
     /// Tiles of `side` × `side` pixels, moved by any two numbers.
     pub fn new(camera: &Camera, side: u32, numbers: [u32; 2]) -> Self {
+        let side = NonZeroU32::new(side).unwrap_or(NonZeroU32::MIN);
         Self { side, begin: numbers.map(|n| n % side), crop: camera.crop }
     }
 
     /// The tile of a sampled pixel.
     pub fn tile(&self, x: u32, y: u32) -> Bounds {
         let [x0, y0, x1, y1] = self.crop;
-        let [(left, right), (top, bottom)] = [self.around(x, 0, x0, x1), self.around(y, 1, y0, y1)];
+        let [(left, right), (top, bottom)] = [self.around(x, self.begin[0], x0, x1), self.around(y, self.begin[1], y0, y1)];
         [left, top, right, bottom]
     }
 
     /// The tile's extent along an axis, between `first` and `end`.
-    fn around(&self, p: u32, axis: usize, first: u32, end: u32) -> (u32, u32) {
-        let inside = (p % self.side + self.begin[axis]) % self.side;
-        (p - inside.min(p - first), (p + self.side - inside).min(end))
+    fn around(&self, p: u32, begin: u32, first: u32, end: u32) -> (u32, u32) {
+        let inside = (p % self.side + begin) % self.side;
+        (p - inside.min(p - first), (p + self.side.get() - inside).min(end))
     }
 
     /// The steps from the pixel that contains `pixel` to the others of its tile.
@@ -48,12 +50,12 @@ impl Tiling {
     /// The sampled pixel number `index`, counted tile by tile.
     pub fn pixel(&self, index: u32) -> (u32, u32) {
         let [x0, y0, x1, _] = self.crop;
-        let width = x1 - x0;
+        let width = (x1 - x0).max(1);
         let [_, top, _, bottom] = self.tile(x0, y0 + index / width);
-        let (height, in_row) = (bottom - top, index - (top - y0) * width);
+        let (height, in_row) = ((bottom - top).max(1), index - (top - y0) * width);
         let [left, _, right, _] = self.tile(x0 + in_row / height, top);
         let in_tile = in_row - (left - x0) * height;
-        let tile_width = right - left;
+        let tile_width = (right - left).max(1);
         (left + in_tile % tile_width, top + in_tile / tile_width)
     }
 }

@@ -87,7 +87,7 @@ impl<'a> Weighing<'a> {
         core::iter::from_fn(move || {
             let first = left.trailing_zeros();
             left &= left.wrapping_sub(1);
-            (first < u32::BITS).then_some(first as usize)
+            Some(first as usize).filter(|first| *first < GROUPS)
         })
     }
 

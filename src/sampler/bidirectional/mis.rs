@@ -52,24 +52,30 @@ pub struct Junction {
 pub fn weight(camera: &[Vertex], light: &[Vertex], junction: &Junction, heuristic: Heuristic, repertoire: &Repertoire) -> f64 {
     let vertices = camera.len() + light.len();
     let has = |camera: usize| repertoire.has(Technique { camera, light: vertices - camera });
-    let reverse = |path: &[Vertex], near: &[f64; 2], i: usize| match path.len() - 1 - i {
-        after @ 0..2 => near[after],
-        _ => path[i].reverse,
+    let reverse = |vertex: &Vertex, near: &[f64; 2], after: usize| match after {
+        0 => near[0],
+        1 => near[1],
+        _ => vertex.reverse,
     };
     // A path's last vertex is a light as well as what it is otherwise.
-    let connects = |path: &[Vertex], i: usize| (light.is_empty() && i + 1 == path.len()) || !path[i].is_specular();
+    let connects = |path: &[Vertex], i: usize| {
+        (light.is_empty() && i + 1 == path.len()) || path.get(i).is_some_and(|vertex| !vertex.is_specular())
+    };
     let mut sum = 1.0;
     let mut ratio = 1.0;
-    for i in (1..camera.len()).rev() {
-        ratio *= reverse(camera, &junction.camera, i) / camera[i].density;
+    for (i, vertex) in camera.iter().enumerate().skip(1).rev() {
+        ratio *= reverse(vertex, &junction.camera, camera.len() - 1 - i) / vertex.density;
         if connects(camera, i) && connects(camera, i - 1) && has(i) {
             sum += heuristic.of(ratio);
         }
     }
     ratio = 1.0;
-    for i in (0..light.len()).rev() {
-        ratio *= reverse(light, &junction.light, i) / light[i].density;
-        let possible = if i == 0 { light[0].can_be_found() } else { !light[i].is_specular() && !light[i - 1].is_specular() };
+    for (i, vertex) in light.iter().enumerate().rev() {
+        ratio *= reverse(vertex, &junction.light, light.len() - 1 - i) / vertex.density;
+        let possible = match i.checked_sub(1).and_then(|before| light.get(before)) {
+            None => vertex.can_be_found(),
+            Some(before) => !vertex.is_specular() && !before.is_specular(),
+        };
         if possible && has(vertices - i) {
             sum += heuristic.of(ratio);
         }

@@ -24,17 +24,17 @@ impl<'a> Joined<'_, 'a> {
 
     /// x_i.
     pub fn vertex(&self, i: usize) -> &Vertex<'a> {
-        if i < self.camera.len() { &self.camera[i] } else { &self.light[self.last() - i] }
+        self.camera.get(i).or_else(|| self.light.get(self.last() - i)).unwrap_or(&Vertex::NONE)
     }
 
     /// The edge from x_i to x_{i+1}, as it arrives there.
     pub fn edge(&self, i: usize) -> Edge {
-        if i + 1 < self.camera.len() {
-            self.camera[i + 1].edge
-        } else if i >= self.camera.len() {
-            self.light[self.last() - i].edge.reversed()
-        } else {
+        if i + 1 == self.camera.len() {
             self.connection.edge.unwrap_or(Edge::NONE)
+        } else if i < self.camera.len() {
+            self.vertex(i + 1).edge
+        } else {
+            self.vertex(i).edge.reversed()
         }
     }
 
@@ -117,7 +117,7 @@ impl<'a> Joined<'_, 'a> {
         };
         let Some(first) = (if moves { self.run_vertex(1, asker)? } else { None }) else { return Ok(false) };
         let camera = &self.scene.camera;
-        let lens = camera.on_lens(self.camera[0].position);
+        let lens = camera.on_lens(self.vertex(0).position);
         let image = camera.image_point(self.connection.pixel, self.vertex(1).position, lens);
         match path {
             Some(path) => {

@@ -179,8 +179,10 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
             let Some(moved) = self.moved(offset, stats)? else { continue };
             let ratio = moved.weight * moved.chance / (own.weight * own.chance);
             let w = ratio * (1.0 + self.gradient.dot(offset));
-            members[count] = (moved.pixel, w.clamp(-options.clamp, options.clamp));
-            count += 1;
+            if let Some(member) = members.get_mut(count) {
+                *member = (moved.pixel, if w.abs() > options.clamp { options.clamp.copysign(w) } else { w });
+                count += 1;
+            }
         }
         Ok(Some(count))
     }

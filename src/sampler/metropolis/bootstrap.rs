@@ -47,7 +47,7 @@ pub fn run<Q: Queries>(
     let seed = techniques.seed(seed);
     for (index, weight) in (first..).zip(weights) {
         let (length, technique) = self::numbers(seed, techniques, index, &mut numbers);
-        let path = make(scene, queries, technique, &numbers[..technique.numbers()], &mut room, stats)?;
+        let path = make(scene, queries, technique, numbers.get(..technique.numbers()).unwrap_or(&[]), &mut room, stats)?;
         let value = path.map_or(0.0, |path| target(&path) / techniques.probability(length, technique)) as f32;
         // A subnormal number has too few digits for a chain to know its path by.
         *weight = if value.is_normal() { value } else { 0.0 };
@@ -66,7 +66,9 @@ pub fn learn(seed: u64, lengths: Lengths, weights: &[f32]) -> Techniques {
         let (length, technique, _) = sample(seed, &alike, index);
         let probability = alike.probability(length, technique);
         let value = f64::from(*weight) * probability;
-        squares[length][technique.camera - 1] += value * value / probability;
+        if let Some(square) = squares.get_mut(length).and_then(|of| of.get_mut(technique.camera - 1)) {
+            *square += value * value / probability;
+        }
     }
     Techniques::learned(lengths, |length, i| squares[length][i])
 }
@@ -129,7 +131,8 @@ impl Plan {
             chain_count: 0,
         };
         for (index, weight) in (0..).zip(weights) {
-            plan.by_length[sample(plan.sample_seed, techniques, index).0].add(f64::from(*weight));
+            let (length, ..) = sample(plan.sample_seed, techniques, index);
+            plan.by_length[length.min(MAX_LENGTH)].add(f64::from(*weight));
         }
         plan.share_out(chain_count);
         plan
@@ -167,7 +170,8 @@ impl Plan {
         let mut begun = [0; MAX_LENGTH + 1];
         let mut last = [Start::default(); MAX_LENGTH + 1];
         for (index, weight) in (0..).zip(weights) {
-            let (length, _, _) = sample(self.sample_seed, &self.techniques, index);
+            let (length, ..) = sample(self.sample_seed, &self.techniques, index);
+            let length = length.min(MAX_LENGTH);
             let (chains, sum) = (self.chains[length], self.by_length[length].sum);
             if !(*weight > 0.0) {
                 continue;

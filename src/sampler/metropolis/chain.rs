@@ -167,7 +167,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         chain_stats: &mut ChainStats,
     ) -> Result<(), Stop> {
         let mut room = self.begin(state, numbers, stats)?;
-        let every = u64::from(self.options.shift_every);
+        let every = u64::from(self.options.shift_every).max(1);
         let phase = (state.phase * every as f64) as u64;
         for _ in 0..count {
             // Only what moves costs a batch: whether a path does depends on the path alone.

@@ -40,8 +40,8 @@ impl Shares {
     }
 
     pub fn probability(&self, i: usize) -> f64 {
-        let before = i.checked_sub(1).map_or(0.0, |before| self.0[before]);
-        f64::from(self.0[i]) - f64::from(before)
+        let sum = |i: usize| self.0.get(i).map_or(1.0, |sum| f64::from(*sum));
+        sum(i) - i.checked_sub(1).map_or(0.0, sum)
     }
 
     /// A technique that makes paths of `length` edges.

@@ -31,7 +31,8 @@ pub fn sums_length(width: usize, height: usize) -> usize {
 pub fn running_sums(texels: &[Rgb], width: usize, height: usize, scale: Colour, sums: &mut [f64]) {
     let row_count = height.saturating_sub(1);
     let Some((columns, rows)) = sums.split_at_mut_checked(width * row_count) else { return };
-    let weight = |i: usize, j: usize| texels.get(j * width + i % width).map_or(0.0, |texel| luminance(texel.wide() * scale));
+    let weight =
+        |i: usize, j: usize| texels.get(j * width + wrapped(i, width)).map_or(0.0, |texel| luminance(texel.wide() * scale));
     for (j, (columns, row)) in columns.chunks_exact_mut(width.max(1)).zip(rows.iter_mut()).enumerate() {
         for (i, column) in columns.iter_mut().enumerate() {
             *column = weight(i, j) + weight(i + 1, j) + weight(i, j + 1) + weight(i + 1, j + 1);
@@ -41,6 +42,11 @@ pub fn running_sums(texels: &[Rgb], width: usize, height: usize, scale: Colour, 
         accumulate(columns);
     }
     accumulate(rows);
+}
+
+/// The column after the last is the first.
+fn wrapped(i: usize, width: usize) -> usize {
+    if i < width { i } else { 0 }
 }
 
 /// A place on the image: its cell's first texel, and where between the four corners.
@@ -153,7 +159,7 @@ impl<'a> EnvironmentMap<'a> {
     /// Texels (i, j), (i + 1, j) and those below them.
     fn corners(&self, place: &Place) -> [[Colour; 2]; 2] {
         [place.j, place.j + 1].map(|j| {
-            [place.i, (place.i + 1) % self.width]
+            [place.i, wrapped(place.i + 1, self.width)]
                 .map(|i| self.texels.get(j * self.width + i).map_or(Colour::ZERO, |texel| texel.wide()))
         })
     }
