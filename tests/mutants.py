@@ -408,8 +408,8 @@ MUTANTS = [
     Mutant(
         "profiles: a BSDF's gradients by its two directions are swapped",
         "src/path/gradient/neighbour.rs",
-        "bsdf.log_gradient(normal, to_x()?, to_other()?).0",
-        "bsdf.log_gradient(normal, to_x()?, to_other()?).1",
+        "gradients.ok_or(PathErrorKind::NoGradient.at(q))?.0",
+        "gradients.ok_or(PathErrorKind::NoGradient.at(q))?.1",
         "gradients profile",
     ),
     # Estimators of transmittance, densities through callbacks.

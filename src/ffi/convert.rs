@@ -161,7 +161,7 @@ pub fn grid_transform(m: &volgrad_medium, i: usize) -> Result<DAffine3, Fault> {
     if matrix3.determinant() != 0.0 && inverse.is_finite() { Ok(affine) } else { place.range() }
 }
 
-pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
+pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf<'static>, Fault> {
     if !m.custom.is_null() {
         return Place(c"materials: a reserved field", i).range();
     }
@@ -175,7 +175,7 @@ pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
     Ok(if m.flags == VOLGRAD_MATERIAL_TWO_SIDED { Bsdf::TwoSided(reflector) } else { reflector.into() })
 }
 
-fn reflector(m: &volgrad_material, i: usize) -> Result<Reflector, Fault> {
+fn reflector(m: &volgrad_material, i: usize) -> Result<Reflector<'static>, Fault> {
     let reflectance = || Place(c"materials.reflectance", i).colour(m.reflectance, share);
     match m.kind {
         VOLGRAD_MATERIAL_DIFFUSE => Ok(Reflector::Diffuse { albedo: reflectance()? }),
@@ -193,7 +193,7 @@ fn reflector(m: &volgrad_material, i: usize) -> Result<Reflector, Fault> {
     }
 }
 
-fn dielectric(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
+fn dielectric(m: &volgrad_material, i: usize) -> Result<Bsdf<'static>, Fault> {
     let place = Place(c"materials.eta", i);
     match roughness(m, i)? {
         Some(ggx) => {

@@ -7,9 +7,12 @@
 
 mod bidirectional;
 mod bootstraps;
+mod callbacks;
 mod chains;
 mod convert;
 mod custom;
+mod custom_bsdf;
+mod custom_density;
 mod films;
 mod guides;
 #[cfg(feature = "exr")]
@@ -26,6 +29,7 @@ mod types;
 
 pub use bidirectional::*;
 pub use bootstraps::*;
+pub use callbacks::*;
 pub use chains::*;
 pub use films::*;
 pub use guides::*;

@@ -1,10 +1,12 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
+use super::callbacks::volgrad_custom_bsdf;
 use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
-use super::custom::{self, Field};
+use super::custom::{Host, Hosts};
 use super::pointer::{array, check, output, reference, sized, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
+use super::{custom_bsdf, custom_density};
 use crate::math::{Rgb, Vec3};
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
 use crate::scene::{
@@ -20,8 +22,8 @@ pub struct volgrad_scene {
     /// Tells a scene from other memory.
     pub(super) stamp: u64,
     pub(super) scene: Scene<'static>,
-    /// Its custom densities.
-    pub(super) fields: &'static [Field],
+    /// What of it the host computes.
+    pub(super) hosts: Hosts,
 }
 
 pub(super) const STAMP: u64 = 0x766f_6c67_7261_6400 | VOLGRAD_ABI_VERSION as u64;
@@ -83,8 +85,12 @@ impl<'a> Description<'a> {
         grids.map(|(i, m)| Ok(bricks_of(convert::grid_size(m, i)?.1))).sum()
     }
 
-    fn custom_media(&self) -> impl Iterator<Item = (usize, &volgrad_medium)> {
+    fn custom_media(&self) -> impl Iterator<Item = (usize, &volgrad_medium)> + Clone {
         self.media.iter().enumerate().filter(|(_, m)| m.kind == VOLGRAD_MEDIUM_CUSTOM)
+    }
+
+    fn custom_materials(&self) -> impl Iterator<Item = (usize, &volgrad_material)> + Clone {
+        self.materials.iter().enumerate().filter(|(_, m)| m.kind == VOLGRAD_MATERIAL_CUSTOM)
     }
 
     /// Length of the running sums that environment maps are sampled with.
@@ -111,14 +117,15 @@ impl<'a> Description<'a> {
             section(size_of::<u32>(), self.lights.len()),
             section(size_of::<Brick>(), self.brick_count()?),
             section(size_of::<f64>(), self.sum_count()?),
-            section(size_of::<Field>(), self.custom_media().count()),
+            section(size_of::<Host<volgrad_custom_density>>(), self.custom_media().count()),
+            section(size_of::<Host<volgrad_custom_bsdf>>(), self.custom_materials().count()),
         ];
-        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(light_media), Some(bricks), Some(sums), Some(fields)] =
-            starts
-        else {
+        if starts.contains(&None) {
             return Err(VOLGRAD_ERROR_RANGE.into());
-        };
-        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, fields, bytes: end })
+        }
+        let [media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs] =
+            starts.map(Option::unwrap_or_default);
+        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs, bytes: end })
     }
 }
 
@@ -140,7 +147,8 @@ struct Layout {
     light_media: usize,
     bricks: usize,
     sums: usize,
-    fields: usize,
+    densities: usize,
+    bsdfs: usize,
     bytes: usize,
 }
 
@@ -156,8 +164,8 @@ pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, byt
 }
 
 /// Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
-/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids, custom densities and
-/// environment maps are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
+/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids,
+/// environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
 /// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_init(
@@ -224,6 +232,21 @@ pub(super) unsafe fn fill<T>(
     Ok(unsafe { slice::from_raw_parts_mut(section, count) })
 }
 
+/// The same for some elements of an array.
+///
+/// # Safety
+/// As for `fill`; `section` holds a value for each.
+unsafe fn fill_for<T, I>(
+    section: *mut u8,
+    elements: impl Iterator<Item = I> + Clone,
+    mut value: impl FnMut(I) -> Result<T, Fault>,
+) -> Result<&'static [T], Fault> {
+    let mut left = elements.clone();
+    let next = |_| left.next().map_or(Err(VOLGRAD_ERROR_INTERNAL.into()), &mut value);
+    // SAFETY: the caller's promise.
+    Ok(unsafe { fill(section, elements.count(), next)? })
+}
+
 /// # Safety
 /// `memory` is aligned to ALIGNMENT and holds `layout`, which is that of `desc`; the grids in `desc` are as the header says.
 unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<*const volgrad_scene, Fault> {
@@ -233,13 +256,16 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let camera = convert::camera(&desc.camera, desc.media.len() as u32)?;
     let at = |start: usize| unsafe { memory.add(start) };
     let mut bricks = unsafe { fill(at(layout.bricks), desc.brick_count()?, |_| Ok(Brick::default()))? };
-    let mut custom_media = desc.custom_media();
-    let field = |_| custom_media.next().map_or(Err(VOLGRAD_ERROR_INTERNAL.into()), |(i, m)| unsafe { custom::field(m, i) });
-    let fields: &[Field] = unsafe { fill(at(layout.fields), desc.custom_media().count(), field)? };
-    let mut own_fields = fields.iter();
-    let medium = |i: usize| medium(&desc.media[i], i, &mut bricks, &mut own_fields);
+    let hosts = unsafe {
+        Hosts {
+            densities: fill_for(at(layout.densities), desc.custom_media(), |(i, m)| custom_density::host(m, i))?,
+            bsdfs: fill_for(at(layout.bsdfs), desc.custom_materials(), |(i, m)| custom_bsdf::host(m, i))?,
+        }
+    };
+    let (mut densities, mut bsdfs) = (hosts.densities.iter(), hosts.bsdfs.iter());
+    let medium = |i: usize| medium(&desc.media[i], i, &mut bricks, &mut densities);
     let media = unsafe { fill(at(layout.media), desc.media.len(), medium)? };
-    let material = |i: usize| convert::material(&desc.materials[i], i);
+    let material = |i: usize| material(&desc.materials[i], i, &mut bsdfs);
     let materials = unsafe { fill(at(layout.materials), desc.materials.len(), material)? };
     let mut sums = unsafe { fill(at(layout.sums), desc.sum_count()?, |_| Ok(0.0))? };
     let lights = unsafe { fill(at(layout.lights), desc.lights.len(), |i| light(&desc.lights[i], i, &mut sums))? };
@@ -257,7 +283,7 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let bounds = convert::bounds(desc.bounds_centre, desc.bounds_radius)?;
     let scene = Scene { camera, media, materials, lights, bounds };
     // SAFETY: as above.
-    unsafe { object.write(volgrad_scene { stamp: STAMP, scene, fields }) };
+    unsafe { object.write(volgrad_scene { stamp: STAMP, scene, hosts }) };
     Ok(object)
 }
 
@@ -280,17 +306,28 @@ fn light(l: &volgrad_light, i: usize, sums: &mut &'static mut [f64]) -> Result<L
     })
 }
 
+fn material(
+    m: &volgrad_material,
+    i: usize,
+    hosts: &mut slice::Iter<'static, Host<volgrad_custom_bsdf>>,
+) -> Result<Bsdf<'static>, Fault> {
+    match m.kind {
+        VOLGRAD_MATERIAL_CUSTOM => custom_bsdf::bsdf(hosts.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, m, i),
+        _ => convert::material(m, i),
+    }
+}
+
 fn medium(
     m: &volgrad_medium,
     i: usize,
     bricks: &mut &'static mut [Brick],
-    fields: &mut slice::Iter<'static, Field>,
+    hosts: &mut slice::Iter<'static, Host<volgrad_custom_density>>,
 ) -> Result<Medium<'static>, Fault> {
     let (sigma_t, albedo, phase) = convert::medium(m, i)?;
     let density = match m.kind {
         VOLGRAD_MEDIUM_HOMOGENEOUS => Density::Homogeneous,
         VOLGRAD_MEDIUM_GRID => Density::Grid(grid(m, i, bricks)?),
-        VOLGRAD_MEDIUM_CUSTOM => Density::Custom(custom::density(fields.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, m, i)?),
+        VOLGRAD_MEDIUM_CUSTOM => Density::Custom(custom_density::density(hosts.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, m, i)?),
         _ => return Err(VOLGRAD_ERROR_KIND.at(c"media.kind", i)),
     };
     Ok(Medium { sigma_t, albedo, phase, density })

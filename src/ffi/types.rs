@@ -3,6 +3,7 @@
 //! Layouts are frozen per ABI version. Kinds are `u32` and checked where they are read, so that a bad value is a status.
 //! Vectors, rays, hits, segments and vertices are the core's own; cbindgen.toml gives them their C names.
 
+use super::callbacks::volgrad_custom_bsdf;
 use crate::math::{Rgb, Vec3};
 use crate::medium::Segment;
 use crate::path::Vertex;
@@ -116,7 +117,7 @@ pub struct volgrad_custom_density {
     /// `sizeof(volgrad_custom_density)` of the caller.
     pub struct_size: u32,
     pub reserved: u32,
-    /// Passed back as the callbacks' first argument.
+    /// Passed back as the callbacks' first argument. Must outlive the scene.
     pub user: *mut c_void,
     pub density: volgrad_density_fn,
     pub gradient: volgrad_density_gradient_fn,
@@ -146,7 +147,7 @@ pub struct volgrad_medium {
     pub nz: u32,
     /// Grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
     pub local_to_world: [f32; 12],
-    /// Custom: the density. Borrowed: must outlive the scene. NULL for other kinds.
+    /// Custom: the density; read by `volgrad_scene_init`. NULL for other kinds.
     pub custom: *const volgrad_custom_density,
 }
 
@@ -154,11 +155,13 @@ pub const VOLGRAD_MATERIAL_DIFFUSE: u32 = 0;
 pub const VOLGRAD_MATERIAL_MIRROR: u32 = 1;
 pub const VOLGRAD_MATERIAL_DIELECTRIC: u32 = 2;
 pub const VOLGRAD_MATERIAL_CONDUCTOR: u32 = 3;
+pub const VOLGRAD_MATERIAL_CUSTOM: u32 = 4;
 
 /// `volgrad_material.flags`: a surface that is not dielectric scatters alike on both sides.
 pub const VOLGRAD_MATERIAL_TWO_SIDED: u32 = 1;
 
-/// A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
+/// A surface's BSDF. All but dielectrics, and custom ones that transmit, are one-sided, unless `flags` says otherwise: black from behind
+/// (against the geometric normal).
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_material {
@@ -176,8 +179,8 @@ pub struct volgrad_material {
     /// Conductor: complex index of refraction eta + i k over that outside, per channel; >= 0.
     pub conductor_eta: Rgb,
     pub conductor_k: Rgb,
-    /// Reserved for callback materials; NULL.
-    pub custom: *const c_void,
+    /// Custom: the BSDF; read by `volgrad_scene_init`. NULL for other kinds.
+    pub custom: *const volgrad_custom_bsdf,
 }
 
 pub const VOLGRAD_LIGHT_PARALLELOGRAM: u32 = 0;
@@ -231,7 +234,7 @@ pub struct volgrad_light {
 }
 
 /// Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
-/// after it; density grids and environment maps are borrowed.
+/// after it, and so may tables of callbacks; density grids and environment maps are borrowed, and what `user` points to.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_scene_desc {

@@ -7,7 +7,7 @@ use crate::scene::{Bsdf, BsdfSample};
 #[derive(Clone, Copy, Debug)]
 pub enum Scatterer<'a> {
     Medium(Phase),
-    Surface { bsdf: &'a Bsdf, normal: DVec3 },
+    Surface { bsdf: &'a Bsdf<'a>, normal: DVec3 },
 }
 
 /// A vertex where light scatters.

@@ -6,7 +6,7 @@ mod light;
 mod query;
 mod view;
 
-pub use bsdf::{Bsdf, BsdfSample, Conductor, Ggx, Reflector, RoughConductor, RoughDielectric};
+pub use bsdf::{Bsdf, BsdfFunction, BsdfSample, Conductor, CustomBsdf, Ggx, Reflector, RoughConductor, RoughDielectric};
 pub use camera::{Camera, CameraRay, ImagePoint};
 pub use light::{
     EnvironmentMap, Falloff, GUIDE_SIDE, Guide, Light, LightSample, Lights, accumulate, leave_constant_sky_to_chance,
@@ -23,7 +23,7 @@ use crate::medium::Medium;
 pub struct Scene<'a> {
     pub camera: Camera,
     pub media: &'a [Medium<'a>],
-    pub materials: &'a [Bsdf],
+    pub materials: &'a [Bsdf<'a>],
     pub lights: Lights<'a>,
     pub bounds: Bounds,
 }

@@ -14,7 +14,7 @@ use volgrad::scene::{
 pub struct World {
     pub camera: Camera,
     pub media: Vec<Medium<'static>>,
-    pub materials: Vec<Bsdf>,
+    pub materials: Vec<Bsdf<'static>>,
     pub lights: Vec<Light<'static>>,
     /// Picking probabilities of the lights.
     pub picks: Vec<f64>,
@@ -105,7 +105,7 @@ impl World {
         self
     }
 
-    pub fn surface(mut self, shape: Shape, bsdf: Bsdf) -> Self {
+    pub fn surface(mut self, shape: Shape, bsdf: Bsdf<'static>) -> Self {
         let material = self.materials.len() as u32;
         self.materials.push(bsdf);
         self.geometry.surfaces.push(Surface { shape, material, light: NONE });

@@ -106,8 +106,14 @@ impl Beyond {
             node if node.is_specular() => return Err(PathErrorKind::NotMovable.at(i)),
             node if node.is_direction() => Self::at(Neighbour::Direction(position)),
             Node::Medium(medium) => Self { wing: Some(Wing { phase: medium.phase, to_other: to_other()? }), ..beyond },
-            Node::Surface(bsdf) if i < q => Self { profile: bsdf.log_gradient(normal, to_x()?, to_other()?).0, ..beyond },
-            Node::Surface(bsdf) => Self { profile: bsdf.log_gradient(normal, to_other()?, to_x()?).1, ..beyond },
+            Node::Surface(bsdf) if i < q => {
+                let gradients = bsdf.log_gradient(normal, to_x()?, to_other()?);
+                Self { profile: gradients.ok_or(PathErrorKind::NoGradient.at(q))?.0, ..beyond }
+            }
+            Node::Surface(bsdf) => {
+                let gradients = bsdf.log_gradient(normal, to_other()?, to_x()?);
+                Self { profile: gradients.ok_or(PathErrorKind::NoGradient.at(q))?.1, ..beyond }
+            }
             Node::Light(light) => Self { profile: light.log_gradient(to_x()?), ..beyond },
         })
     }
