@@ -139,6 +139,9 @@
 
 #define VOLGRAD_PHASE_HENYEY_GREENSTEIN 1
 
+// Of media only: what the host computes.
+#define VOLGRAD_PHASE_CUSTOM 2
+
 #define VOLGRAD_MEDIUM_HOMOGENEOUS 0
 
 #define VOLGRAD_MEDIUM_GRID 1
@@ -532,7 +535,7 @@ typedef struct volgrad_flight {
 typedef struct volgrad_phase {
   // `VOLGRAD_PHASE_*`.
   uint32_t kind;
-  // Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic.
+  // Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic and custom.
   float g;
 } volgrad_phase;
 
@@ -741,6 +744,8 @@ typedef struct volgrad_medium {
   struct volgrad_rgb sigma_t;
   // Single-scattering albedo, in [0, 1].
   struct volgrad_rgb albedo;
+  // Index into `volgrad_scene_desc.phases`; read if `phase.kind` is `VOLGRAD_PHASE_CUSTOM`.
+  uint32_t custom_phase;
   // Grid: nx*ny*nz densities, not negative, x fastest; sample (i, j, k) lies at ((i+.5)/nx, (j+.5)/ny, (k+.5)/nz) of the
   // unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
   // Borrowed: must outlive the scene. NULL for other kinds.
@@ -862,6 +867,32 @@ typedef struct volgrad_light {
   const void *custom;
 } volgrad_light;
 
+// Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral over the
+// sphere, 2 pi times that over mu, is 1.
+typedef double (*volgrad_phase_eval_fn)(void *user, double mu);
+
+// Returns a cosine mu in [-1, 1] from a uniform number `u` in (0, 1), and nothing else. Its density is 2 pi times the value, exactly, or
+// images are biased.
+typedef double (*volgrad_phase_sample_fn)(void *user, double u);
+
+// Returns the derivative of the value's logarithm by mu.
+typedef double (*volgrad_phase_log_derivative_fn)(void *user, double mu);
+
+// A phase function that the host computes (`VOLGRAD_PHASE_CUSTOM`): of the angle of deflection alone. Threads, and values that are none,
+// as for `volgrad_custom_bsdf`; where no cosine comes back the path ends.
+typedef struct volgrad_custom_phase {
+  // `sizeof(volgrad_custom_phase)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Passed back as the functions' first argument. Must outlive the scene.
+  void *user;
+  volgrad_phase_eval_fn eval;
+  volgrad_phase_sample_fn sample;
+  // May be NULL. Gradients of paths, and batches of the modes FIRST_ORDER, HALF_ORDER, LOG_LINEAR and THESIS need it: they say
+  // `VOLGRAD_ERROR_NO_GRADIENT` then. All other modes do without.
+  volgrad_phase_log_derivative_fn log_derivative;
+} volgrad_custom_phase;
+
 // Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
 // after it, and so may tables of callbacks; density grids and environment maps are borrowed, and what `user` points to.
 typedef struct volgrad_scene_desc {
@@ -879,6 +910,10 @@ typedef struct volgrad_scene_desc {
   // start from no light at infinity.
   struct volgrad_vec3 bounds_centre;
   float bounds_radius;
+  // `phase_count` phase functions of media, each read by `volgrad_scene_init`. May be NULL; so may be what is not there in a shorter struct.
+  const struct volgrad_custom_phase *const *phases;
+  uint32_t phase_count;
+  uint32_t reserved;
 } volgrad_scene_desc;
 
 // How a transmittance is estimated.
@@ -904,8 +939,6 @@ typedef struct volgrad_transmittance_estimate {
   // Points at which a density was computed.
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
-
-
 
 
 
@@ -1050,9 +1083,10 @@ volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
 // have counted by now.
 volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene, uint64_t *dropped);
 
-// The same of the scene's custom materials: values and densities that were NaN, infinite or negative, sampled directions that
-// were no unit vectors, gradients that were not finite.
-volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene, uint64_t *dropped);
+// The same of the scene's custom materials and phase functions: values and densities that were NaN, infinite or negative, sampled directions
+// that were no unit vectors and cosines beyond 1, derivatives that were not finite.
+volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene,
+                                            uint64_t *dropped);
 
 // Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
 volgrad_status volgrad_film_size(uint32_t width, uint32_t height, uintptr_t *bytes);

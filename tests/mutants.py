@@ -357,8 +357,8 @@ MUTANTS = [
     Mutant(
         "the phase function is turned around",
         "src/phase.rs",
-        "let d = 1.0 + g * g + 2.0 * g * c;\n        (1.0",
-        "let d = 1.0 + g * g - 2.0 * g * c;\n        (1.0",
+        "let d = 1.0 + g * g + 2.0 * g * c;",
+        "let d = 1.0 + g * g - 2.0 * g * c;",
         "single_scattering point_light_in_an_unbounded_medium",
     ),
     Mutant(

@@ -1,4 +1,4 @@
-//! Tables of functions by which a host computes its own materials; those of densities are in types.rs.
+//! Tables of functions by which a host computes its own materials and phase functions; those of densities are in types.rs.
 //!
 //! Their layouts may grow at the end: struct_size tells.
 
@@ -54,5 +54,33 @@ pub struct volgrad_custom_bsdf {
     pub log_gradient: volgrad_bsdf_gradient_fn,
 }
 
+/// Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral over the
+/// sphere, 2 pi times that over mu, is 1.
+pub type volgrad_phase_eval_fn = Option<unsafe extern "C" fn(user: *mut c_void, mu: f64) -> f64>;
+
+/// Returns a cosine mu in [-1, 1] from a uniform number `u` in (0, 1), and nothing else. Its density is 2 pi times the value, exactly, or
+/// images are biased.
+pub type volgrad_phase_sample_fn = Option<unsafe extern "C" fn(user: *mut c_void, u: f64) -> f64>;
+
+/// Returns the derivative of the value's logarithm by mu.
+pub type volgrad_phase_log_derivative_fn = Option<unsafe extern "C" fn(user: *mut c_void, mu: f64) -> f64>;
+
+/// A phase function that the host computes (`VOLGRAD_PHASE_CUSTOM`): of the angle of deflection alone. Threads, and values that are none,
+/// as for `volgrad_custom_bsdf`; where no cosine comes back the path ends.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_custom_phase {
+    /// `sizeof(volgrad_custom_phase)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// Passed back as the functions' first argument. Must outlive the scene.
+    pub user: *mut c_void,
+    pub eval: volgrad_phase_eval_fn,
+    pub sample: volgrad_phase_sample_fn,
+    /// May be NULL. Gradients of paths, and batches of the modes FIRST_ORDER, HALF_ORDER, LOG_LINEAR and THESIS need it: they say
+    /// `VOLGRAD_ERROR_NO_GRADIENT` then. All other modes do without.
+    pub log_derivative: volgrad_phase_log_derivative_fn,
+}
+
 #[cfg(target_pointer_width = "64")]
-const _: () = assert!(size_of::<volgrad_custom_bsdf>() == 48);
+const _: () = assert!(size_of::<volgrad_custom_bsdf>() == 48 && size_of::<volgrad_custom_phase>() == 40);

@@ -112,24 +112,21 @@ fn lens(c: &volgrad_camera) -> Result<(f64, f64), Fault> {
 /// Keeps pixel counts within 32 bits.
 pub const MAX_IMAGE_SIDE: u32 = 65_535;
 
+/// A built-in one.
 pub fn phase(p: &volgrad_phase, place: Place) -> Result<Phase, Fault> {
     match p.kind {
         VOLGRAD_PHASE_ISOTROPIC => Ok(Phase::ISOTROPIC),
-        VOLGRAD_PHASE_HENYEY_GREENSTEIN => Ok(Phase { g: place.number(p.g, |g| g > -1.0 && g < 1.0)? }),
+        VOLGRAD_PHASE_HENYEY_GREENSTEIN => Ok(Phase::henyey_greenstein(place.number(p.g, |g| g > -1.0 && g < 1.0)?)),
         _ => place.kind(),
     }
 }
 
-/// The colours and phase function of medium `i`.
-pub fn medium(m: &volgrad_medium, i: usize) -> Result<(Colour, Colour, Phase), Fault> {
+/// The colours of medium `i`.
+pub fn medium(m: &volgrad_medium, i: usize) -> Result<(Colour, Colour), Fault> {
     if m.kind != VOLGRAD_MEDIUM_CUSTOM && !m.custom.is_null() {
         return Place(c"media: a reserved field", i).range();
     }
-    Ok((
-        Place(c"media.sigma_t", i).colour(m.sigma_t, not_negative)?,
-        Place(c"media.albedo", i).colour(m.albedo, share)?,
-        phase(&m.phase, Place(c"media.phase", i))?,
-    ))
+    Ok((Place(c"media.sigma_t", i).colour(m.sigma_t, not_negative)?, Place(c"media.albedo", i).colour(m.albedo, share)?))
 }
 
 /// Number of samples of a grid, and its size as the core counts.

@@ -1,6 +1,6 @@
 //! What the host computes: tables of its functions, and how many of their values were left out.
 
-use super::callbacks::volgrad_custom_bsdf;
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_phase};
 use super::pointer::output;
 use super::scenes::{object, volgrad_scene};
 use super::status::{finish, volgrad_status};
@@ -40,6 +40,7 @@ impl<T> Host<T> {
 pub(super) struct Hosts {
     pub densities: &'static [Host<volgrad_custom_density>],
     pub bsdfs: &'static [Host<volgrad_custom_bsdf>],
+    pub phases: &'static [Host<volgrad_custom_phase>],
 }
 
 /// How many values of the scene's custom densities were NaN, infinite or negative, and how many of their gradients were not finite, since
@@ -55,14 +56,15 @@ pub unsafe extern "C" fn volgrad_scene_dropped_densities(scene: *const volgrad_s
     })())
 }
 
-/// The same of the scene's custom materials: values and densities that were NaN, infinite or negative, sampled directions that
-/// were no unit vectors, gradients that were not finite.
+/// The same of the scene's custom materials and phase functions: values and densities that were NaN, infinite or negative, sampled directions
+/// that were no unit vectors and cosines beyond 1, derivatives that were not finite.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_dropped_values(scene: *const volgrad_scene, dropped: *mut u64) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract.
         let (scene, write) = unsafe { (object(scene)?, output(dropped)?) };
-        write(Host::dropped(scene.hosts.bsdfs));
+        let Hosts { bsdfs, phases, .. } = &scene.hosts;
+        write(Host::dropped(bsdfs) + Host::dropped(phases));
         Ok(())
     })())
 }

@@ -1,14 +1,15 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
-use super::callbacks::volgrad_custom_bsdf;
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_phase};
 use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
 use super::custom::{Host, Hosts};
-use super::pointer::{array, check, output, reference, sized, write_sized};
+use super::pointer::{array, check, output, reference, sized_since, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
-use super::{custom_bsdf, custom_density};
+use super::{custom_bsdf, custom_density, custom_phase};
 use crate::math::{Rgb, Vec3};
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
+use crate::phase::Phase;
 use crate::scene::{
     Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
 };
@@ -62,14 +63,18 @@ struct Description<'a> {
     lights: &'a [volgrad_light],
     bounds_centre: Vec3,
     bounds_radius: f32,
+    phases: &'a [*const volgrad_custom_phase],
 }
+
+/// `sizeof(volgrad_scene_desc)` before it had phase functions.
+const FIRST_DESC: usize = core::mem::offset_of!(volgrad_scene_desc, phases);
 
 impl<'a> Description<'a> {
     /// # Safety
     /// `pointer` and the arrays in it are as the header says.
     unsafe fn read(pointer: *const volgrad_scene_desc) -> Result<Self, Fault> {
         // SAFETY: the caller's promise, here and below.
-        let desc = unsafe { sized(pointer) }?;
+        let desc = unsafe { sized_since(pointer, FIRST_DESC) }?;
         Ok(Self {
             camera: desc.camera,
             media: unsafe { array(desc.media, desc.media_count as usize) }.map_err(|s| s.at(c"media", 0))?,
@@ -77,6 +82,7 @@ impl<'a> Description<'a> {
             lights: unsafe { array(desc.lights, desc.light_count as usize) }.map_err(|s| s.at(c"lights", 0))?,
             bounds_centre: desc.bounds_centre,
             bounds_radius: desc.bounds_radius,
+            phases: unsafe { array(desc.phases, desc.phase_count as usize) }.map_err(|s| s.at(c"phases", 0))?,
         })
     }
 
@@ -119,13 +125,14 @@ impl<'a> Description<'a> {
             section(size_of::<f64>(), self.sum_count()?),
             section(size_of::<Host<volgrad_custom_density>>(), self.custom_media().count()),
             section(size_of::<Host<volgrad_custom_bsdf>>(), self.custom_materials().count()),
+            section(size_of::<Host<volgrad_custom_phase>>(), self.phases.len()),
         ];
         if starts.contains(&None) {
             return Err(VOLGRAD_ERROR_RANGE.into());
         }
-        let [media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs] =
+        let [media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs, phases] =
             starts.map(Option::unwrap_or_default);
-        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs, bytes: end })
+        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs, phases, bytes: end })
     }
 }
 
@@ -149,6 +156,7 @@ struct Layout {
     sums: usize,
     densities: usize,
     bsdfs: usize,
+    phases: usize,
     bytes: usize,
 }
 
@@ -260,10 +268,11 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
         Hosts {
             densities: fill_for(at(layout.densities), desc.custom_media(), |(i, m)| custom_density::host(m, i))?,
             bsdfs: fill_for(at(layout.bsdfs), desc.custom_materials(), |(i, m)| custom_bsdf::host(m, i))?,
+            phases: fill_for(at(layout.phases), desc.phases.iter().enumerate(), |(i, p)| custom_phase::host(*p, i))?,
         }
     };
     let (mut densities, mut bsdfs) = (hosts.densities.iter(), hosts.bsdfs.iter());
-    let medium = |i: usize| medium(&desc.media[i], i, &mut bricks, &mut densities);
+    let medium = |i: usize| medium(&desc.media[i], i, &mut bricks, &mut densities, hosts.phases);
     let media = unsafe { fill(at(layout.media), desc.media.len(), medium)? };
     let material = |i: usize| material(&desc.materials[i], i, &mut bsdfs);
     let materials = unsafe { fill(at(layout.materials), desc.materials.len(), material)? };
@@ -322,8 +331,16 @@ fn medium(
     i: usize,
     bricks: &mut &'static mut [Brick],
     hosts: &mut slice::Iter<'static, Host<volgrad_custom_density>>,
+    phases: &'static [Host<volgrad_custom_phase>],
 ) -> Result<Medium<'static>, Fault> {
-    let (sigma_t, albedo, phase) = convert::medium(m, i)?;
+    let (sigma_t, albedo) = convert::medium(m, i)?;
+    let phase = match m.phase.kind {
+        VOLGRAD_PHASE_CUSTOM => {
+            let phase = phases.get(m.custom_phase as usize);
+            Phase::Custom(phase.ok_or(VOLGRAD_ERROR_INDEX.at(c"media.custom_phase", i))?)
+        }
+        _ => convert::phase(&m.phase, Place(c"media.phase", i))?,
+    };
     let density = match m.kind {
         VOLGRAD_MEDIUM_HOMOGENEOUS => Density::Homogeneous,
         VOLGRAD_MEDIUM_GRID => Density::Grid(grid(m, i, bricks)?),

@@ -129,6 +129,7 @@ impl From<Stop> for volgrad_status {
             Stop::Callback(_) => VOLGRAD_ERROR_CALLBACK,
             Stop::InvalidHit => VOLGRAD_ERROR_INVALID_HIT,
             Stop::OtherPath => VOLGRAD_ERROR_OTHER_PATH,
+            Stop::NoGradient => VOLGRAD_ERROR_NO_GRADIENT,
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Layouts are frozen per ABI version. Kinds are `u32` and checked where they are read, so that a bad value is a status.
 //! Vectors, rays, hits, segments and vertices are the core's own; cbindgen.toml gives them their C names.
 
-use super::callbacks::volgrad_custom_bsdf;
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_phase};
 use crate::math::{Rgb, Vec3};
 use crate::medium::Segment;
 use crate::path::Vertex;
@@ -80,6 +80,8 @@ pub struct volgrad_camera {
 
 pub const VOLGRAD_PHASE_ISOTROPIC: u32 = 0;
 pub const VOLGRAD_PHASE_HENYEY_GREENSTEIN: u32 = 1;
+/// Of media only: what the host computes.
+pub const VOLGRAD_PHASE_CUSTOM: u32 = 2;
 
 /// A phase function, normalised to 1 over the sphere.
 #[repr(C)]
@@ -87,7 +89,7 @@ pub const VOLGRAD_PHASE_HENYEY_GREENSTEIN: u32 = 1;
 pub struct volgrad_phase {
     /// `VOLGRAD_PHASE_*`.
     pub kind: u32,
-    /// Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic.
+    /// Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic and custom.
     pub g: f32,
 }
 
@@ -138,6 +140,8 @@ pub struct volgrad_medium {
     pub sigma_t: Rgb,
     /// Single-scattering albedo, in [0, 1].
     pub albedo: Rgb,
+    /// Index into `volgrad_scene_desc.phases`; read if `phase.kind` is `VOLGRAD_PHASE_CUSTOM`.
+    pub custom_phase: u32,
     /// Grid: nx*ny*nz densities, not negative, x fastest; sample (i, j, k) lies at ((i+.5)/nx, (j+.5)/ny, (k+.5)/nz) of the
     /// unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
     /// Borrowed: must outlive the scene. NULL for other kinds.
@@ -252,6 +256,10 @@ pub struct volgrad_scene_desc {
     /// start from no light at infinity.
     pub bounds_centre: Vec3,
     pub bounds_radius: f32,
+    /// `phase_count` phase functions of media, each read by `volgrad_scene_init`. May be NULL; so may be what is not there in a shorter struct.
+    pub phases: *const *const volgrad_custom_phase,
+    pub phase_count: u32,
+    pub reserved: u32,
 }
 
 /// A light path `x_0 ... x_k`, from the camera to a light. Null (index-matched) surfaces are no vertices.
@@ -295,6 +303,6 @@ const _: () = {
     assert!(size_of::<Vertex>() == 44 && size_of::<Ray>() == 36 && size_of::<Hit>() == 372);
     assert!(size_of::<volgrad_camera>() == 96 && size_of::<volgrad_phase>() == 8 && size_of::<volgrad_medium>() == 120);
     assert!(size_of::<volgrad_custom_density>() == 40);
-    assert!(size_of::<volgrad_scene_desc>() == 152);
+    assert!(size_of::<volgrad_scene_desc>() == 168);
     assert!(size_of::<volgrad_material>() == 64 && size_of::<volgrad_light>() == 112 && size_of::<volgrad_path>() == 32);
 };

@@ -42,9 +42,10 @@ impl Interaction<'_> {
     pub fn sample(&self, u: DVec2, lobe: f64) -> Option<BsdfSample> {
         match self.scatterer {
             Scatterer::Medium(phase) => {
-                let direction = phase.sample(self.to_camera, u);
-                let pdf = Some(phase.eval(self.to_camera.dot(direction)));
-                Some(BsdfSample { direction, weight: Colour::ONE, pdf, eta_squared: 1.0 })
+                let direction = phase.sample(self.to_camera, u)?;
+                let pdf = phase.eval(self.to_camera.dot(direction));
+                let sample = BsdfSample { direction, weight: Colour::ONE, pdf: Some(pdf), eta_squared: 1.0 };
+                (pdf > 0.0).then_some(sample)
             }
             Scatterer::Surface { bsdf, normal } => bsdf.sample(normal, self.to_camera, u, lobe),
         }

@@ -78,7 +78,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
     /// tile.
     pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
         let Options { seed, shift, .. } = self.options;
-        let mut samples = CameraSamples::new(self.scene, self.queries, shift, seed, pass);
+        let mut samples = CameraSamples::new(self.scene, self.queries, shift, seed, pass)?;
         let mut scratch = Scratch::default();
         let mut record = Record::new(shift.as_ref());
         for index in pixels {

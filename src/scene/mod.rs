@@ -40,4 +40,10 @@ impl Scene<'_> {
     pub fn medium(&self, index: u32) -> Option<&Medium<'_>> {
         self.media.get(index as usize)
     }
+
+    /// An error if the derivative of a phase function is not known.
+    pub fn check_phase_derivatives(&self) -> Result<(), Stop> {
+        let known = self.media.iter().all(|medium| medium.phase.has_derivative());
+        if known { Ok(()) } else { Err(Stop::NoGradient) }
+    }
 }

@@ -78,7 +78,7 @@ pub fn rounded_path(path: &ReferencePath) -> ReferencePath {
 pub fn phase(phase: ReferencePhase) -> Phase {
     match phase {
         ReferencePhase::Isotropic => Phase::ISOTROPIC,
-        ReferencePhase::HenyeyGreenstein { g } => Phase { g },
+        ReferencePhase::HenyeyGreenstein { g } => Phase::henyey_greenstein(g),
     }
 }
 

@@ -8,8 +8,8 @@ use volgrad::sampler::bidirectional::{self, Bidirectional, Heuristic, MAX_LENGTH
 use volgrad::sampler::{Lengths, Options, PathTracer, Stats};
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
-const PASSES: u64 = 24;
-const MUTATIONS: u64 = 300;
+const PASSES: u64 = 8;
+const MUTATIONS: u64 = 120;
 const LONGEST: u32 = 5;
 
 /// Of a batch's kinds one that evaluates surfaces, one that is linear in depths, and one that only has a gradient.
@@ -61,14 +61,14 @@ pub fn bidirectionally(world: &World, shift: Option<shift::Options>) -> Image {
 
 pub fn by_chains(world: &World, shift: Option<shift::Options>) -> Image {
     let lengths = Lengths { first: 2, last: LONGEST };
-    let setup = Setup { lengths, learn: 0, samples: 2000, chains: 4, large_step: 0.3, burn_in: 10 };
+    let setup = Setup { lengths, learn: 0, samples: 800, chains: 4, large_step: 0.3, burn_in: 10 };
     let chains = Chains::new(world, &setup, 7);
     chains.film(shift, 2, MUTATIONS).cells.iter().map(Cell::value).collect()
 }
 
 pub fn by_the_thesis(world: &World) -> Image {
     let lengths = Lengths { first: 2, last: LONGEST };
-    let setup = Setup { lengths, learn: 0, samples: 2000, chains: 4, large_step: 0.3, burn_in: 10 };
+    let setup = Setup { lengths, learn: 0, samples: 800, chains: 4, large_step: 0.3, burn_in: 10 };
     let mut chains = Chains::new(world, &setup, 8);
     chains.thesis = Some(thesis::Options { radius: 0.3, count: 3, alpha: 1.0, clamp: f64::INFINITY, as_printed: false });
     chains.film(None, 2, MUTATIONS).cells.iter().map(Cell::value).collect()

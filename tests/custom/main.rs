@@ -12,3 +12,4 @@ mod chains;
 
 mod bsdf;
 mod images;
+mod phase;

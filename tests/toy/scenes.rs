@@ -145,7 +145,7 @@ pub fn camera(position: [f64; 3], tan_half_fov: f64, side: u32) -> Camera {
 }
 
 pub fn homogeneous(sigma_t: [f64; 3], albedo: [f64; 3], g: f64) -> Medium<'static> {
-    Medium { sigma_t: sigma_t.into(), albedo: albedo.into(), phase: Phase { g }, density: Density::Homogeneous }
+    Medium { sigma_t: sigma_t.into(), albedo: albedo.into(), phase: Phase::henyey_greenstein(g), density: Density::Homogeneous }
 }
 
 /// A grid of `size` samples in the box from `low` to `high`, whose density at sample (x, y, z) is `density`.
