@@ -336,8 +336,8 @@ MUTANTS = [
     Mutant(
         "emission's MIS weight takes an environment map for a constant one",
         "src/sampler/path_tracer.rs",
-        "Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),",
-        "Light::EnvironmentMap(_) => sampled.direction_pdf,",
+        "Light::EnvironmentMap(_) | Light::CustomSky(_) => light.direction_pdf(-self.direction),",
+        "Light::EnvironmentMap(_) | Light::CustomSky(_) => sampled.direction_pdf,",
         "energy furnace_under_an_environment_map",
     ),
     Mutant(

@@ -1,4 +1,4 @@
-//! Tables of functions by which a host computes its own materials and phase functions; those of densities are in types.rs.
+//! Tables of functions by which a host computes its own materials, phase functions and lights; those of densities are in types.rs.
 //!
 //! Their layouts may grow at the end: struct_size tells.
 
@@ -82,5 +82,42 @@ pub struct volgrad_custom_phase {
     pub log_derivative: volgrad_phase_log_derivative_fn,
 }
 
+/// Computes what a light emits, which is not negative: a sky's radiance from the unit vector `direction` towards it; a point light's intensity
+/// along the unit vector `direction` away from it. World axes. `*value` comes as 0.
+pub type volgrad_light_emission_fn = Option<unsafe extern "C" fn(user: *mut c_void, direction: Vec3, value: *mut Rgb)>;
+
+/// Returns the density, 1/sr, with which the sample function makes the direction `to_sky`: positive wherever the radiance is, and exact, or
+/// images are biased.
+pub type volgrad_light_pdf_fn = Option<unsafe extern "C" fn(user: *mut c_void, to_sky: Vec3) -> f32>;
+
+/// Makes a direction `*to_sky` of unit length from two uniform numbers `u[2]` in (0, 1), and nothing else. Returns 1, or 0 if the sky is black.
+pub type volgrad_light_sample_fn = Option<unsafe extern "C" fn(user: *mut c_void, u: *const f64, to_sky: *mut Vec3) -> i32>;
+
+/// Computes the derivatives of the logarithm of a point light's intensity by the components of `direction`, per channel, `gradient[3]`, which
+/// comes as 0. The part along the direction itself does not matter. Called where the intensity is > 0.
+pub type volgrad_light_gradient_fn = Option<unsafe extern "C" fn(user: *mut c_void, direction: Vec3, gradient: *mut Vec3)>;
+
+/// A light that the host computes: `VOLGRAD_LIGHT_CUSTOM_SKY`, `VOLGRAD_LIGHT_CUSTOM_POINT`. Threads, and values that are none, as for
+/// `volgrad_custom_bsdf`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_custom_light {
+    /// `sizeof(volgrad_custom_light)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// Passed back as the functions' first argument. Must outlive the scene.
+    pub user: *mut c_void,
+    pub emission: volgrad_light_emission_fn,
+    /// Sky: both. Point: unused, its subpaths leave it in all directions alike (and guided ones where they carry most).
+    pub pdf: volgrad_light_pdf_fn,
+    pub sample: volgrad_light_sample_fn,
+    /// Point; may be NULL. Only the gradients of a path need it, of a vertex beside the light: they say `VOLGRAD_ERROR_NO_GRADIENT` then. No
+    /// mode of shifts does.
+    pub log_gradient: volgrad_light_gradient_fn,
+}
+
 #[cfg(target_pointer_width = "64")]
-const _: () = assert!(size_of::<volgrad_custom_bsdf>() == 48 && size_of::<volgrad_custom_phase>() == 40);
+const _: () = {
+    assert!(size_of::<volgrad_custom_bsdf>() == 48 && size_of::<volgrad_custom_phase>() == 40);
+    assert!(size_of::<volgrad_custom_light>() == 48);
+};

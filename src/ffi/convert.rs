@@ -256,7 +256,8 @@ pub fn light<'a>(
 
 /// The medium that subpaths from light `i` start in.
 pub fn light_medium(l: &volgrad_light, i: usize, media_count: u32) -> Result<u32, Fault> {
-    let is_far = matches!(l.kind, VOLGRAD_LIGHT_ENVIRONMENT | VOLGRAD_LIGHT_ENVIRONMENT_MAP | VOLGRAD_LIGHT_DIRECTIONAL);
+    let is_environment = matches!(l.kind, VOLGRAD_LIGHT_ENVIRONMENT | VOLGRAD_LIGHT_ENVIRONMENT_MAP | VOLGRAD_LIGHT_CUSTOM_SKY);
+    let is_far = is_environment || l.kind == VOLGRAD_LIGHT_DIRECTIONAL;
     match l.medium {
         _ if is_far => Ok(NONE),
         medium if medium == NONE || medium < media_count => Ok(medium),
@@ -308,6 +309,7 @@ fn orthonormal(a: DVec3, b: DVec3, c: DVec3) -> Option<[DVec3; 3]> {
 
 /// The weight with which light `i` is picked.
 pub fn light_weight(l: &volgrad_light, i: usize) -> Result<f64, Fault> {
-    let only_by_choice = matches!(l.kind, VOLGRAD_LIGHT_DIRECTIONAL | VOLGRAD_LIGHT_POINT | VOLGRAD_LIGHT_SPOT);
+    let only_by_choice =
+        matches!(l.kind, VOLGRAD_LIGHT_DIRECTIONAL | VOLGRAD_LIGHT_POINT | VOLGRAD_LIGHT_SPOT | VOLGRAD_LIGHT_CUSTOM_POINT);
     Place(c"lights.sampling_weight", i).number(l.sampling_weight, |w| if only_by_choice { w > 0.0 } else { w >= 0.0 })
 }

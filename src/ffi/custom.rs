@@ -1,6 +1,6 @@
 //! What the host computes: tables of its functions, and how many of their values were left out.
 
-use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_phase};
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_light, volgrad_custom_phase};
 use super::pointer::output;
 use super::scenes::{object, volgrad_scene};
 use super::status::{finish, volgrad_status};
@@ -41,6 +41,7 @@ pub(super) struct Hosts {
     pub densities: &'static [Host<volgrad_custom_density>],
     pub bsdfs: &'static [Host<volgrad_custom_bsdf>],
     pub phases: &'static [Host<volgrad_custom_phase>],
+    pub lights: &'static [Host<volgrad_custom_light>],
 }
 
 /// How many values of the scene's custom densities were NaN, infinite or negative, and how many of their gradients were not finite, since
@@ -56,15 +57,15 @@ pub unsafe extern "C" fn volgrad_scene_dropped_densities(scene: *const volgrad_s
     })())
 }
 
-/// The same of the scene's custom materials and phase functions: values and densities that were NaN, infinite or negative, sampled directions
+/// The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled directions
 /// that were no unit vectors and cosines beyond 1, derivatives that were not finite.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_dropped_values(scene: *const volgrad_scene, dropped: *mut u64) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract.
         let (scene, write) = unsafe { (object(scene)?, output(dropped)?) };
-        let Hosts { bsdfs, phases, .. } = &scene.hosts;
-        write(Host::dropped(bsdfs) + Host::dropped(phases));
+        let Hosts { bsdfs, phases, lights, .. } = &scene.hosts;
+        write(Host::dropped(bsdfs) + Host::dropped(phases) + Host::dropped(lights));
         Ok(())
     })())
 }

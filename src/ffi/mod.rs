@@ -13,6 +13,7 @@ mod convert;
 mod custom;
 mod custom_bsdf;
 mod custom_density;
+mod custom_light;
 mod custom_phase;
 mod films;
 mod guides;

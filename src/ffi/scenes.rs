@@ -1,12 +1,12 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
-use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_phase};
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_light, volgrad_custom_phase};
 use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
 use super::custom::{Host, Hosts};
 use super::pointer::{array, check, output, reference, sized_since, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
-use super::{custom_bsdf, custom_density, custom_phase};
+use super::{custom_bsdf, custom_density, custom_light, custom_phase};
 use crate::math::{Rgb, Vec3};
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
 use crate::phase::Phase;
@@ -99,6 +99,10 @@ impl<'a> Description<'a> {
         self.materials.iter().enumerate().filter(|(_, m)| m.kind == VOLGRAD_MATERIAL_CUSTOM)
     }
 
+    fn custom_lights(&self) -> impl Iterator<Item = (usize, &volgrad_light)> + Clone {
+        self.lights.iter().enumerate().filter(|(_, l)| custom_light::is_custom(l))
+    }
+
     /// Length of the running sums that environment maps are sampled with.
     fn sum_count(&self) -> Result<usize, Fault> {
         let counts = self.lights.iter().enumerate().map(|(i, l)| match convert::texel_count(l, i)? {
@@ -126,13 +130,27 @@ impl<'a> Description<'a> {
             section(size_of::<Host<volgrad_custom_density>>(), self.custom_media().count()),
             section(size_of::<Host<volgrad_custom_bsdf>>(), self.custom_materials().count()),
             section(size_of::<Host<volgrad_custom_phase>>(), self.phases.len()),
+            section(size_of::<Host<volgrad_custom_light>>(), self.custom_lights().count()),
         ];
         if starts.contains(&None) {
             return Err(VOLGRAD_ERROR_RANGE.into());
         }
-        let [media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs, phases] =
+        let [media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs, phases, light_functions] =
             starts.map(Option::unwrap_or_default);
-        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs, phases, bytes: end })
+        Ok(Layout {
+            media,
+            materials,
+            lights,
+            cdf,
+            light_media,
+            bricks,
+            sums,
+            densities,
+            bsdfs,
+            phases,
+            light_functions,
+            bytes: end,
+        })
     }
 }
 
@@ -157,6 +175,7 @@ struct Layout {
     densities: usize,
     bsdfs: usize,
     phases: usize,
+    light_functions: usize,
     bytes: usize,
 }
 
@@ -269,15 +288,17 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
             densities: fill_for(at(layout.densities), desc.custom_media(), |(i, m)| custom_density::host(m, i))?,
             bsdfs: fill_for(at(layout.bsdfs), desc.custom_materials(), |(i, m)| custom_bsdf::host(m, i))?,
             phases: fill_for(at(layout.phases), desc.phases.iter().enumerate(), |(i, p)| custom_phase::host(*p, i))?,
+            lights: fill_for(at(layout.light_functions), desc.custom_lights(), |(i, l)| custom_light::host(l, i))?,
         }
     };
-    let (mut densities, mut bsdfs) = (hosts.densities.iter(), hosts.bsdfs.iter());
+    let (mut densities, mut bsdfs, mut light_functions) = (hosts.densities.iter(), hosts.bsdfs.iter(), hosts.lights.iter());
     let medium = |i: usize| medium(&desc.media[i], i, &mut bricks, &mut densities, hosts.phases);
     let media = unsafe { fill(at(layout.media), desc.media.len(), medium)? };
     let material = |i: usize| material(&desc.materials[i], i, &mut bsdfs);
     let materials = unsafe { fill(at(layout.materials), desc.materials.len(), material)? };
     let mut sums = unsafe { fill(at(layout.sums), desc.sum_count()?, |_| Ok(0.0))? };
-    let lights = unsafe { fill(at(layout.lights), desc.lights.len(), |i| light(&desc.lights[i], i, &mut sums))? };
+    let light = |i: usize| light(&desc.lights[i], i, &mut sums, &mut light_functions);
+    let lights = unsafe { fill(at(layout.lights), desc.lights.len(), light)? };
     let cdf = unsafe { fill(at(layout.cdf), desc.lights.len(), |i| convert::light_weight(&desc.lights[i], i))? };
     leave_constant_sky_to_chance(lights, cdf);
     accumulate(cdf);
@@ -296,7 +317,15 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     Ok(object)
 }
 
-fn light(l: &volgrad_light, i: usize, sums: &mut &'static mut [f64]) -> Result<Light<'static>, Fault> {
+fn light(
+    l: &volgrad_light,
+    i: usize,
+    sums: &mut &'static mut [f64],
+    hosts: &mut slice::Iter<'static, Host<volgrad_custom_light>>,
+) -> Result<Light<'static>, Fault> {
+    if custom_light::is_custom(l) {
+        return custom_light::light(hosts.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, l, i);
+    }
     convert::light(l, i, |to_world, scale| {
         // SAFETY: the header's contract: the image outlives the scene. An Rgb is three floats.
         let texels =

@@ -3,7 +3,7 @@
 //! Layouts are frozen per ABI version. Kinds are `u32` and checked where they are read, so that a bad value is a status.
 //! Vectors, rays, hits, segments and vertices are the core's own; cbindgen.toml gives them their C names.
 
-use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_phase};
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_light, volgrad_custom_phase};
 use crate::math::{Rgb, Vec3};
 use crate::medium::Segment;
 use crate::path::Vertex;
@@ -195,6 +195,10 @@ pub const VOLGRAD_LIGHT_DIRECTIONAL: u32 = 4;
 pub const VOLGRAD_LIGHT_POINT: u32 = 5;
 pub const VOLGRAD_LIGHT_SPOT: u32 = 6;
 pub const VOLGRAD_LIGHT_ENVIRONMENT_MAP: u32 = 7;
+/// Radiance from infinitely far away, as the host computes it.
+pub const VOLGRAD_LIGHT_CUSTOM_SKY: u32 = 8;
+/// A point light whose profile the host computes.
+pub const VOLGRAD_LIGHT_CUSTOM_POINT: u32 = 9;
 
 /// A light. Area lights emit from the side that their normal points to, and are opaque surfaces that the host's ray queries return.
 #[repr(C)]
@@ -206,13 +210,13 @@ pub struct volgrad_light {
     /// Subpaths from the light start in it; an area light must not cross a medium's boundary. Unused by lights at infinity.
     pub medium: u32,
     /// Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
-    /// its inner cone. Environment map: factor on its image. Not negative.
+    /// its inner cone. Environment map: factor on its image. Custom: factor on what the host computes. Not negative.
     pub emission: Rgb,
     /// Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
-    /// lights, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
+    /// lights, custom ones too, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
     /// light has one: paths that go on find the sky as well.
     pub sampling_weight: f32,
-    /// Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
+    /// Parallelogram, triangle: a corner. Sphere: centre. Point, custom or not, and spot: position.
     pub position: Vec3,
     /// Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
     /// Environment map: its x and y axes in the world; y is up.
@@ -233,8 +237,8 @@ pub struct volgrad_light {
     pub image: *const f32,
     pub image_width: u32,
     pub image_height: u32,
-    /// Reserved for callback lights; NULL.
-    pub custom: *const c_void,
+    /// Custom: the light; read by `volgrad_scene_init`. NULL for other kinds.
+    pub custom: *const volgrad_custom_light,
 }
 
 /// Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
@@ -250,7 +254,7 @@ pub struct volgrad_scene_desc {
     pub camera: volgrad_camera,
     pub media: *const volgrad_medium,
     pub materials: *const volgrad_material,
-    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
+    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`, `VOLGRAD_LIGHT_ENVIRONMENT_MAP` or `VOLGRAD_LIGHT_CUSTOM_SKY`.
     pub lights: *const volgrad_light,
     /// A sphere around all surfaces, null ones included; its radius in world units, >= 0. Radius 0: unknown; then light subpaths
     /// start from no light at infinity.

@@ -355,7 +355,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             let next_event = pick
                 * match light {
                     Light::Environment { .. } => sampled.direction_pdf,
-                    Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),
+                    Light::EnvironmentMap(_) | Light::CustomSky(_) => light.direction_pdf(-self.direction),
                     light => light.area_pdf(),
                 };
             if next_event > 0.0 { going_on / (going_on + next_event) } else { 1.0 }

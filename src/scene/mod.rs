@@ -9,8 +9,8 @@ mod view;
 pub use bsdf::{Bsdf, BsdfFunction, BsdfSample, Conductor, CustomBsdf, Ggx, Reflector, RoughConductor, RoughDielectric};
 pub use camera::{Camera, CameraRay, ImagePoint};
 pub use light::{
-    EnvironmentMap, Falloff, GUIDE_SIDE, Guide, Light, LightSample, Lights, accumulate, leave_constant_sky_to_chance,
-    running_sums, sums_length,
+    CustomProfile, CustomSky, EnvironmentMap, Falloff, GUIDE_SIDE, Guide, Light, LightSample, Lights, ProfileFunction,
+    SkyFunction, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
 };
 pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
 pub use view::View;

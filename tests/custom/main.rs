@@ -12,4 +12,5 @@ mod chains;
 
 mod bsdf;
 mod images;
+mod light;
 mod phase;

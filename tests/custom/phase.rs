@@ -1,12 +1,14 @@
 //! Custom phase functions.
 
+use crate::chains::{Chain, Chains, Picture, Setup};
 use crate::images::{Image, assert_the_same, bidirectionally, by_chains, by_path, shifts};
 use crate::toy::scenes::{World, camera, edges_under_area_lights, homogeneous};
 use volgrad::math::{Colour, DVec2, DVec3, Vec3};
 use volgrad::medium::{Medium, Segment};
 use volgrad::path::{Path, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, Vertex, path_log_gradient};
 use volgrad::phase::{Phase, PhaseFunction};
-use volgrad::sampler::bidirectional::{self, Bidirectional};
+use volgrad::sampler::bidirectional::{self, Bidirectional, thesis};
+use volgrad::sampler::metropolis::ChainStats;
 use volgrad::sampler::{Lengths, Options, PathTracer, Stats};
 use volgrad::scene::{Light, Stop};
 use volgrad::shift::{self, Kernel, Mode, Radius, from_path};
@@ -123,11 +125,27 @@ fn modes_that_need_the_derivative_are_refused() {
     assert_eq!(scene.check_phase_derivatives(), Err(Stop::NoGradient));
 }
 
-/// Chains stop at their first step.
 #[test]
-#[should_panic(expected = "NoGradient")]
-fn chains_of_the_thesis_are_refused() {
-    crate::images::by_the_thesis(&with_copies(&edges_under_area_lights(), false));
+fn chains_that_need_the_derivative_are_refused() {
+    let world = with_copies(&edges_under_area_lights(), false);
+    let scene = world.scene();
+    let setup =
+        Setup { lengths: Lengths { first: 2, last: 4 }, learn: 0, samples: 500, chains: 1, large_step: 0.5, burn_in: 5 };
+    let mut chains = Chains::new(&world, &setup, 7);
+    let run = |chains: &Chains, shift: Option<shift::Options>| {
+        let Chain { mut state, mut numbers } = chains.chains[0].clone();
+        let mut picture = Picture::new(&world);
+        let counts = (&mut Stats::default(), &mut ChainStats::default());
+        chains.sampler(&scene, shift, 1).run(&mut state, &mut numbers, 1, &mut picture.film(), counts.0, counts.1)
+    };
+    for mode in BY_GRADIENT {
+        assert_eq!(run(&chains, Some(shift::Options::new(mode, DISK, 3))), Err(Stop::NoGradient));
+    }
+    for mode in OTHERS {
+        assert_eq!(run(&chains, Some(shift::Options::new(mode, DISK, 3))), Ok(()));
+    }
+    chains.thesis = Some(thesis::Options { radius: 0.3, count: 3, alpha: 1.0, clamp: f64::INFINITY, as_printed: false });
+    assert_eq!(run(&chains, None), Err(Stop::NoGradient));
 }
 
 /// Unbiased modes do without: the same images as with the derivative.

@@ -67,7 +67,9 @@ impl World {
             Light::Parallelogram { corner, edge_u, edge_v, .. } => Some(corner + 0.5 * (edge_u + edge_v)),
             Light::Triangle { corner, edge_u, edge_v, .. } => Some(corner + 0.25 * (edge_u + edge_v)),
             Light::Sphere { centre, radius, .. } => Some(centre + radius * DVec3::X),
-            Light::Point { position, .. } | Light::Spot { position, .. } => Some(position),
+            Light::Point { position, .. } | Light::Spot { position, .. } | Light::CustomPoint { position, .. } => {
+                Some(position)
+            }
             _ => None,
         };
         self.light_media = self.lights.iter().map(|l| place(l).map_or(NONE, |x| self.geometry.medium_at(x))).collect();

@@ -121,7 +121,10 @@ impl Beyond {
                 let gradients = bsdf.log_gradient(normal, to_other()?, to_x()?);
                 Self { profile: gradients.ok_or(PathErrorKind::NoGradient.at(q))?.1, ..beyond }
             }
-            Node::Light(light) => Self { profile: light.log_gradient(to_x()?), ..beyond },
+            Node::Light(light) => {
+                let gradient = light.log_gradient(to_x()?).ok_or(PathErrorKind::NoGradient.at(q))?;
+                Self { profile: gradient, ..beyond }
+            }
         })
     }
 }
