@@ -35,7 +35,7 @@ fn bench(c: &mut Criterion, name: &str, medium: Medium) {
 }
 
 fn all(c: &mut Criterion) {
-    let phase = Phase { g: 0.7 };
+    let phase = Phase::henyey_greenstein(0.7);
     bench(c, "homogeneous", Medium { sigma_t: Colour::ONE, albedo: Colour::ONE, phase, density: Density::Homogeneous });
     let volume = Volume::new(64, Shape::Full, 1.0, true);
     bench(c, "grid", Medium { phase, ..volume.medium() });

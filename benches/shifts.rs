@@ -18,7 +18,7 @@ use volumes::{CAMERA, LIGHT, ONE_SEGMENT, Shape, Volume};
 const SIDE: i32 = 64;
 /// Optical depth across the cube: runs of eight vertices are not rare.
 const DEPTH: f32 = 4.0;
-const PHASE: Phase = Phase { g: 0.7 };
+const PHASE: Phase = Phase::henyey_greenstein(0.7);
 const SEED: u64 = 1;
 const PATHS: usize = 200;
 /// From one path's pixel to the next one's: without a common factor with the number of pixels, and so all over the image.

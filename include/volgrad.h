@@ -38,6 +38,9 @@
 // p^2/sum p^2.
 #define VOLGRAD_HEURISTIC_POWER 1
 
+// `volgrad_custom_bsdf.flags`: light passes to the other side.
+#define VOLGRAD_BSDF_TRANSMITS 1
+
 // No batch: every path stays as it is.
 #define VOLGRAD_SHIFT_NONE 0
 
@@ -136,6 +139,9 @@
 
 #define VOLGRAD_PHASE_HENYEY_GREENSTEIN 1
 
+// Of media only: what the host computes.
+#define VOLGRAD_PHASE_CUSTOM 2
+
 #define VOLGRAD_MEDIUM_HOMOGENEOUS 0
 
 #define VOLGRAD_MEDIUM_GRID 1
@@ -149,6 +155,8 @@
 #define VOLGRAD_MATERIAL_DIELECTRIC 2
 
 #define VOLGRAD_MATERIAL_CONDUCTOR 3
+
+#define VOLGRAD_MATERIAL_CUSTOM 4
 
 // `volgrad_material.flags`: a surface that is not dielectric scatters alike on both sides.
 #define VOLGRAD_MATERIAL_TWO_SIDED 1
@@ -214,6 +222,8 @@ enum volgrad_status
   VOLGRAD_ERROR_OTHER_PATH = 18,
   // A bug in the library or one of its dependencies; nothing of the call can be relied on.
   VOLGRAD_ERROR_INTERNAL = 19,
+  // What is asked for needs the derivative of a custom material, phase function or light that has no `log_gradient`.
+  VOLGRAD_ERROR_NO_GRADIENT = 20,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -525,7 +535,7 @@ typedef struct volgrad_flight {
 typedef struct volgrad_phase {
   // `VOLGRAD_PHASE_*`.
   uint32_t kind;
-  // Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic.
+  // Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic and custom.
   float g;
 } volgrad_phase;
 
@@ -715,7 +725,7 @@ typedef struct volgrad_custom_density {
   // `sizeof(volgrad_custom_density)` of the caller.
   uint32_t struct_size;
   uint32_t reserved;
-  // Passed back as the callbacks' first argument.
+  // Passed back as the callbacks' first argument. Must outlive the scene.
   void *user;
   volgrad_density_fn density;
   volgrad_density_gradient_fn gradient;
@@ -734,6 +744,8 @@ typedef struct volgrad_medium {
   struct volgrad_rgb sigma_t;
   // Single-scattering albedo, in [0, 1].
   struct volgrad_rgb albedo;
+  // Index into `volgrad_scene_desc.phases`; read if `phase.kind` is `VOLGRAD_PHASE_CUSTOM`.
+  uint32_t custom_phase;
   // Grid: nx*ny*nz densities, not negative, x fastest; sample (i, j, k) lies at ((i+.5)/nx, (j+.5)/ny, (k+.5)/nz) of the
   // unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
   // Borrowed: must outlive the scene. NULL for other kinds.
@@ -743,11 +755,60 @@ typedef struct volgrad_medium {
   uint32_t nz;
   // Grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
   float local_to_world[12];
-  // Custom: the density. Borrowed: must outlive the scene. NULL for other kinds.
+  // Custom: the density; read by `volgrad_scene_init`. NULL for other kinds.
   const struct volgrad_custom_density *custom;
 } volgrad_medium;
 
-// A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
+// Computes f_r, 1/sr, per channel, without the cosine: of light that comes from the direction `to_light` and goes to `to_camera`.
+// `*value` comes as 0. f_r is the same with the two exchanged, except that refraction scales it: see `volgrad_custom_bsdf`.
+typedef void (*volgrad_bsdf_eval_fn)(void *user, struct volgrad_vec3 to_camera, struct volgrad_vec3 to_light, struct volgrad_rgb *value);
+
+// Returns the density, 1/sr, with which the sample function makes `to_light`: positive wherever f_r is, and exact, or images are biased.
+typedef float (*volgrad_bsdf_pdf_fn)(void *user, struct volgrad_vec3 to_camera, struct volgrad_vec3 to_light);
+
+// Makes a direction `*to_light` of unit length from three uniform numbers `u[3]` in (0, 1), and nothing else: the same numbers make the same
+// direction. `*eta_squared` comes as 1; if the direction is a refracted one, it becomes the square of (index of refraction on its side over that on the
+// side of `to_camera`). Returns 1, or 0 if nothing is scattered.
+typedef int32_t (*volgrad_bsdf_sample_fn)(void *user,
+                                          struct volgrad_vec3 to_camera,
+                                          const double *u,
+                                          struct volgrad_vec3 *to_light,
+                                          float *eta_squared);
+
+// Computes the derivatives of log f_r by the components of `to_camera` and of `to_light`, per channel: `by_camera[3]`, `by_light[3]`, which
+// come as 0. Parts along the directions themselves do not matter. Called where f_r > 0.
+typedef void (*volgrad_bsdf_gradient_fn)(void *user,
+                                         struct volgrad_vec3 to_camera,
+                                         struct volgrad_vec3 to_light,
+                                         struct volgrad_vec3 *by_camera,
+                                         struct volgrad_vec3 *by_light);
+
+// A BSDF that the host computes (`VOLGRAD_MATERIAL_CUSTOM`). Directions are unit vectors away from the surface, in its own frame: z is its
+// normal; x and y are some axes across it that are the same for equal normals, so the BSDF must be isotropic. Both have z > 0, unless it
+// transmits; turned to the other side if the material is `VOLGRAD_MATERIAL_TWO_SIDED`.
+//
+// It is a function of the directions alone, and not specular. Where light is refracted, f_r is that of radiance: smaller by
+// eta_squared on the way in, f_r(a, b)/f_r(b, a) = (index of refraction on b's side over that on a's)^-2.
+//
+// The functions must not throw or longjmp; they are called by all threads that use the scene, several at a time; the same arguments
+// always have the same result. Values that are NaN, infinite or negative count as 0, and are counted: `volgrad_scene_dropped_values`.
+typedef struct volgrad_custom_bsdf {
+  // `sizeof(volgrad_custom_bsdf)` of the caller.
+  uint32_t struct_size;
+  // `VOLGRAD_BSDF_TRANSMITS` or 0. A material that transmits is not `VOLGRAD_MATERIAL_TWO_SIDED`.
+  uint32_t flags;
+  // Passed back as the functions' first argument. Must outlive the scene.
+  void *user;
+  volgrad_bsdf_eval_fn eval;
+  volgrad_bsdf_pdf_fn pdf;
+  volgrad_bsdf_sample_fn sample;
+  // May be NULL. Only the gradients of a path need it, where a vertex beside one on this material moves: they say
+  // `VOLGRAD_ERROR_NO_GRADIENT` then. No mode of shifts does.
+  volgrad_bsdf_gradient_fn log_gradient;
+} volgrad_custom_bsdf;
+
+// A surface's BSDF. All but dielectrics, and custom ones that transmit, are one-sided, unless `flags` says otherwise: black from behind
+// (against the geometric normal).
 typedef struct volgrad_material {
   // `VOLGRAD_MATERIAL_*`.
   uint32_t kind;
@@ -763,8 +824,8 @@ typedef struct volgrad_material {
   // Conductor: complex index of refraction eta + i k over that outside, per channel; >= 0.
   struct volgrad_rgb conductor_eta;
   struct volgrad_rgb conductor_k;
-  // Reserved for callback materials; NULL.
-  const void *custom;
+  // Custom: the BSDF; read by `volgrad_scene_init`. NULL for other kinds.
+  const struct volgrad_custom_bsdf *custom;
 } volgrad_material;
 
 // A light. Area lights emit from the side that their normal points to, and are opaque surfaces that the host's ray queries return.
@@ -806,8 +867,34 @@ typedef struct volgrad_light {
   const void *custom;
 } volgrad_light;
 
+// Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral over the
+// sphere, 2 pi times that over mu, is 1.
+typedef double (*volgrad_phase_eval_fn)(void *user, double mu);
+
+// Returns a cosine mu in [-1, 1] from a uniform number `u` in (0, 1), and nothing else. Its density is 2 pi times the value, exactly, or
+// images are biased.
+typedef double (*volgrad_phase_sample_fn)(void *user, double u);
+
+// Returns the derivative of the value's logarithm by mu.
+typedef double (*volgrad_phase_log_derivative_fn)(void *user, double mu);
+
+// A phase function that the host computes (`VOLGRAD_PHASE_CUSTOM`): of the angle of deflection alone. Threads, and values that are none,
+// as for `volgrad_custom_bsdf`; where no cosine comes back the path ends.
+typedef struct volgrad_custom_phase {
+  // `sizeof(volgrad_custom_phase)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Passed back as the functions' first argument. Must outlive the scene.
+  void *user;
+  volgrad_phase_eval_fn eval;
+  volgrad_phase_sample_fn sample;
+  // May be NULL. Gradients of paths, and batches of the modes FIRST_ORDER, HALF_ORDER, LOG_LINEAR and THESIS need it: they say
+  // `VOLGRAD_ERROR_NO_GRADIENT` then. All other modes do without.
+  volgrad_phase_log_derivative_fn log_derivative;
+} volgrad_custom_phase;
+
 // Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
-// after it; density grids and environment maps are borrowed.
+// after it, and so may tables of callbacks; density grids and environment maps are borrowed, and what `user` points to.
 typedef struct volgrad_scene_desc {
   // `sizeof(volgrad_scene_desc)` of the caller.
   uint32_t struct_size;
@@ -823,6 +910,10 @@ typedef struct volgrad_scene_desc {
   // start from no light at infinity.
   struct volgrad_vec3 bounds_centre;
   float bounds_radius;
+  // `phase_count` phase functions of media, each read by `volgrad_scene_init`. May be NULL; so may be what is not there in a shorter struct.
+  const struct volgrad_custom_phase *const *phases;
+  uint32_t phase_count;
+  uint32_t reserved;
 } volgrad_scene_desc;
 
 // How a transmittance is estimated.
@@ -848,8 +939,6 @@ typedef struct volgrad_transmittance_estimate {
   // Points at which a density was computed.
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
-
-
 
 
 
@@ -993,6 +1082,11 @@ volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
 // `volgrad_scene_init`: all of them count as 0. A scene's guided scenes count with it. While other threads use the scene this is what they
 // have counted by now.
 volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene, uint64_t *dropped);
+
+// The same of the scene's custom materials and phase functions: values and densities that were NaN, infinite or negative, sampled directions
+// that were no unit vectors and cosines beyond 1, derivatives that were not finite.
+volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene,
+                                            uint64_t *dropped);
 
 // Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
 volgrad_status volgrad_film_size(uint32_t width, uint32_t height, uintptr_t *bytes);
@@ -1171,8 +1265,8 @@ volgrad_status volgrad_path_sampler_run(const struct volgrad_scene *scene,
 volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr_t *bytes);
 
 // Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
-// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids, custom densities and
-// environment maps are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
+// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids,
+// environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
 // On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 volgrad_status volgrad_scene_init(void *memory,
                                   uintptr_t bytes,

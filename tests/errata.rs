@@ -116,7 +116,7 @@ fn equations_9_and_23_swap_forward_and_backward() {
     };
     for g in [-0.6, 0.3, 0.9] {
         assert!((mean_cosine(&|c| printed_value(g, c)) + g).abs() < 1e-4);
-        assert!((mean_cosine(&|c| volgrad::phase::Phase { g }.eval(c)) - g).abs() < 1e-4);
+        assert!((mean_cosine(&|c| volgrad::phase::Phase::henyey_greenstein(g).eval(c)) - g).abs() < 1e-4);
     }
     let erratum = erratum(|case| {
         let Some(Phase::HenyeyGreenstein { g }) = case.phase(case.i + 1) else { return None };

@@ -11,6 +11,7 @@ use volgrad::film::Film;
 use volgrad::math::{Colour, DVec2, DVec3, direction_around, transmittance};
 use volgrad::medium::{NONE, Segment};
 use volgrad::path::{Path, PathError, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, Vertex};
+use volgrad::phase::Phase;
 use volgrad::sampler::{Stats, shift_numbers, tile_numbers};
 use volgrad::scene::{HIT_SURFACE, Hit, Light, Queries, Ray};
 use volgrad::shift::{self, BatchStats, Draw, Kernel, Mode, Options, Radius, Tile, Tiling};
@@ -139,7 +140,9 @@ impl<'a> Sample<'a> {
         for i in 1..self.vertices.len() - 1 {
             let at = |i: usize| self.vertices[i].position.wide();
             let (back, on) = ((at(i - 1) - at(i)).normalize(), (at(i + 1) - at(i)).normalize());
-            let g = self.world.media[self.vertices[i].index as usize].phase.g;
+            let Phase::HenyeyGreenstein { g } = self.world.media[self.vertices[i].index as usize].phase else {
+                panic!("built in")
+            };
             let d = 1.0 + g * g + 2.0 * g * back.dot(on);
             self.weight *= (1.0 - g * g) / (4.0 * std::f64::consts::PI * d * d.sqrt());
         }

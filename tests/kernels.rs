@@ -25,7 +25,8 @@ fn options(mode: Mode, kernel: Kernel, count: usize, run: usize) -> Options {
 /// The same scene with grey media and surfaces.
 fn grey(mut world: World) -> World {
     for medium in &mut world.media {
-        *medium = volgrad::medium::Medium { density: medium.density, ..homogeneous([1.3; 3], [0.8; 3], medium.phase.g) };
+        *medium =
+            volgrad::medium::Medium { density: medium.density, phase: medium.phase, ..homogeneous([1.3; 3], [0.8; 3], 0.0) };
     }
     for bsdf in &mut world.materials {
         if let Bsdf::Diffuse { albedo } = bsdf {

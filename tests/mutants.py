@@ -336,8 +336,8 @@ MUTANTS = [
     Mutant(
         "emission's MIS weight takes an environment map for a constant one",
         "src/sampler/path_tracer.rs",
-        "Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),",
-        "Light::EnvironmentMap(_) => sampled.direction_pdf,",
+        "Light::EnvironmentMap(_) | Light::CustomSky(_) => light.direction_pdf(-self.direction),",
+        "Light::EnvironmentMap(_) | Light::CustomSky(_) => sampled.direction_pdf,",
         "energy furnace_under_an_environment_map",
     ),
     Mutant(
@@ -357,8 +357,8 @@ MUTANTS = [
     Mutant(
         "the phase function is turned around",
         "src/phase.rs",
-        "let d = 1.0 + g * g + 2.0 * g * c;\n        (1.0",
-        "let d = 1.0 + g * g - 2.0 * g * c;\n        (1.0",
+        "let d = 1.0 + g * g + 2.0 * g * c;",
+        "let d = 1.0 + g * g - 2.0 * g * c;",
         "single_scattering point_light_in_an_unbounded_medium",
     ),
     Mutant(
@@ -408,8 +408,8 @@ MUTANTS = [
     Mutant(
         "profiles: a BSDF's gradients by its two directions are swapped",
         "src/path/gradient/neighbour.rs",
-        "bsdf.log_gradient(normal, to_x()?, to_other()?).0",
-        "bsdf.log_gradient(normal, to_x()?, to_other()?).1",
+        "gradients.ok_or(PathErrorKind::NoGradient.at(q))?.0",
+        "gradients.ok_or(PathErrorKind::NoGradient.at(q))?.1",
         "gradients profile",
     ),
     # Estimators of transmittance, densities through callbacks.

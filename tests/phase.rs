@@ -49,7 +49,7 @@ fn integral_over_cosines(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
 #[test]
 fn values_integrate_to_one() {
     for g in MEAN_COSINES {
-        let total = integral_over_cosines(-1.0, 1.0, |c| Phase { g }.eval(c));
+        let total = integral_over_cosines(-1.0, 1.0, |c| Phase::henyey_greenstein(g).eval(c));
         assert!((total - 1.0).abs() < quadrature_tolerance(g), "g = {g}: {total}");
     }
 }
@@ -58,17 +58,17 @@ fn values_integrate_to_one() {
 #[test]
 fn mean_cosine_is_g() {
     for g in MEAN_COSINES {
-        let mean = integral_over_cosines(-1.0, 1.0, |c| -c * Phase { g }.eval(c));
+        let mean = integral_over_cosines(-1.0, 1.0, |c| -c * Phase::henyey_greenstein(g).eval(c));
         assert!((mean - g).abs() < quadrature_tolerance(g), "g = {g}: {mean}");
     }
-    assert!(Phase { g: 0.5 }.eval(-1.0) > 10.0 * Phase { g: 0.5 }.eval(1.0));
+    assert!(Phase::henyey_greenstein(0.5).eval(-1.0) > 10.0 * Phase::henyey_greenstein(0.5).eval(1.0));
     assert_eq!(Phase::ISOTROPIC.eval(0.3), 1.0 / (4.0 * PI));
 }
 
 #[test]
 fn log_derivative_is_that_of_differences() {
     for g in MEAN_COSINES {
-        let phase = Phase { g };
+        let phase = Phase::henyey_greenstein(g);
         // At the peak of |g| = 0.9999, log f bends within 1e-8, which the steps of the differences do not resolve.
         let cosines = if g.abs() < 0.95 { [-0.99, -0.3, 0.4, 0.99] } else { [-0.5, -0.3, 0.4, 0.5] };
         for c in cosines {
@@ -88,12 +88,12 @@ proptest! {
         u in (1e-6..1.0_f64, 0.0..1.0_f64),
         seed in any::<u64>(),
     ) {
-        let phase = Phase { g };
+        let phase = Phase::henyey_greenstein(g);
         let to_previous = DVec3::from_array(random_direction(&mut generator(seed)));
-        let to_next = phase.sample(to_previous, DVec2::from(u));
+        let to_next = phase.sample(to_previous, DVec2::from(u)).expect("built in");
         prop_assert!((to_next.length() - 1.0).abs() < ROUNDINGS);
 
-        let back = phase.invert(to_previous, to_next);
+        let back = phase.invert(to_previous, to_next).expect("built in");
         let c = to_previous.dot(to_next);
         let magnified = 1.0 + 1.0 / ((1.0 - g * g) * (1.0 + g * g + 2.0 * g * c).sqrt());
         prop_assert!((back.x - u.0).abs() <= ROUNDINGS * magnified, "{back} for {u:?}, c = {c}");
@@ -106,9 +106,10 @@ proptest! {
     fn directions_survive_their_numbers(g in -0.9999..0.9999_f64, seed in any::<u64>()) {
         let mut rng = generator(seed);
         let [to_previous, to_next] = [0; 2].map(|_| DVec3::from_array(random_direction(&mut rng)));
-        let u = Phase { g }.invert(to_previous, to_next);
+        let phase = Phase::henyey_greenstein(g);
+        let u = phase.invert(to_previous, to_next).expect("built in");
         prop_assert!((0.0..=1.0).contains(&u.x) && (0.0..1.0).contains(&u.y), "{u}");
-        let error = (Phase { g }.sample(to_previous, u) - to_next).length();
+        let error = (phase.sample(to_previous, u).expect("built in") - to_next).length();
         let magnified = 1.0 / (1.0 - g * g).powi(2);
         prop_assert!(error * sine(to_previous.dot(to_next)) <= ROUNDINGS * magnified, "{error:e} for {u}");
     }
@@ -118,7 +119,7 @@ proptest! {
     fn extreme_numbers_are_extreme_directions(g in -0.9999..0.9999_f64, turn in 0.0..1.0_f64, seed in any::<u64>()) {
         let to_previous = DVec3::from_array(random_direction(&mut generator(seed)));
         for (number, expected) in [(0.0, to_previous), (1.0, -to_previous)] {
-            let direction = Phase { g }.sample(to_previous, DVec2::new(number, turn));
+            let direction = Phase::henyey_greenstein(g).sample(to_previous, DVec2::new(number, turn)).expect("built in");
             let tolerance = (2.0 * ROUNDINGS).sqrt() / (1.0 - g.abs());
             prop_assert!((direction - expected).length() <= tolerance, "{direction} for {number}");
         }
@@ -132,7 +133,7 @@ fn samples_follow_the_pdf() {
     const TURNS: usize = 4;
     let mut rng = generator(21);
     for g in MEAN_COSINES {
-        let phase = Phase { g };
+        let phase = Phase::henyey_greenstein(g);
         let to_previous = DVec3::from_array(random_direction(&mut rng));
         // Any frame about the axis, not necessarily the library's.
         let side = unit(to_previous.cross(DVec3::new(0.3, -0.5, 0.8)).to_array());
@@ -141,7 +142,7 @@ fn samples_follow_the_pdf() {
         let mut counts = vec![0; ANGLES * TURNS];
         for _ in 0..SAMPLES {
             let u = DVec2::new(uniform(&mut rng, 0.0, 1.0), uniform(&mut rng, 0.0, 1.0));
-            let direction = phase.sample(to_previous, u);
+            let direction = phase.sample(to_previous, u).expect("built in");
             let sine = direction.dot(side).hypot(direction.dot(other));
             let angle = sine.atan2(direction.dot(to_previous));
             let turn = 0.5 + direction.dot(other).atan2(direction.dot(side)) / (2.0 * PI);

@@ -112,24 +112,21 @@ fn lens(c: &volgrad_camera) -> Result<(f64, f64), Fault> {
 /// Keeps pixel counts within 32 bits.
 pub const MAX_IMAGE_SIDE: u32 = 65_535;
 
+/// A built-in one.
 pub fn phase(p: &volgrad_phase, place: Place) -> Result<Phase, Fault> {
     match p.kind {
         VOLGRAD_PHASE_ISOTROPIC => Ok(Phase::ISOTROPIC),
-        VOLGRAD_PHASE_HENYEY_GREENSTEIN => Ok(Phase { g: place.number(p.g, |g| g > -1.0 && g < 1.0)? }),
+        VOLGRAD_PHASE_HENYEY_GREENSTEIN => Ok(Phase::henyey_greenstein(place.number(p.g, |g| g > -1.0 && g < 1.0)?)),
         _ => place.kind(),
     }
 }
 
-/// The colours and phase function of medium `i`.
-pub fn medium(m: &volgrad_medium, i: usize) -> Result<(Colour, Colour, Phase), Fault> {
+/// The colours of medium `i`.
+pub fn medium(m: &volgrad_medium, i: usize) -> Result<(Colour, Colour), Fault> {
     if m.kind != VOLGRAD_MEDIUM_CUSTOM && !m.custom.is_null() {
         return Place(c"media: a reserved field", i).range();
     }
-    Ok((
-        Place(c"media.sigma_t", i).colour(m.sigma_t, not_negative)?,
-        Place(c"media.albedo", i).colour(m.albedo, share)?,
-        phase(&m.phase, Place(c"media.phase", i))?,
-    ))
+    Ok((Place(c"media.sigma_t", i).colour(m.sigma_t, not_negative)?, Place(c"media.albedo", i).colour(m.albedo, share)?))
 }
 
 /// Number of samples of a grid, and its size as the core counts.
@@ -161,7 +158,7 @@ pub fn grid_transform(m: &volgrad_medium, i: usize) -> Result<DAffine3, Fault> {
     if matrix3.determinant() != 0.0 && inverse.is_finite() { Ok(affine) } else { place.range() }
 }
 
-pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
+pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf<'static>, Fault> {
     if !m.custom.is_null() {
         return Place(c"materials: a reserved field", i).range();
     }
@@ -175,7 +172,7 @@ pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
     Ok(if m.flags == VOLGRAD_MATERIAL_TWO_SIDED { Bsdf::TwoSided(reflector) } else { reflector.into() })
 }
 
-fn reflector(m: &volgrad_material, i: usize) -> Result<Reflector, Fault> {
+fn reflector(m: &volgrad_material, i: usize) -> Result<Reflector<'static>, Fault> {
     let reflectance = || Place(c"materials.reflectance", i).colour(m.reflectance, share);
     match m.kind {
         VOLGRAD_MATERIAL_DIFFUSE => Ok(Reflector::Diffuse { albedo: reflectance()? }),
@@ -193,7 +190,7 @@ fn reflector(m: &volgrad_material, i: usize) -> Result<Reflector, Fault> {
     }
 }
 
-fn dielectric(m: &volgrad_material, i: usize) -> Result<Bsdf, Fault> {
+fn dielectric(m: &volgrad_material, i: usize) -> Result<Bsdf<'static>, Fault> {
     let place = Place(c"materials.eta", i);
     match roughness(m, i)? {
         Some(ggx) => {
@@ -259,7 +256,8 @@ pub fn light<'a>(
 
 /// The medium that subpaths from light `i` start in.
 pub fn light_medium(l: &volgrad_light, i: usize, media_count: u32) -> Result<u32, Fault> {
-    let is_far = matches!(l.kind, VOLGRAD_LIGHT_ENVIRONMENT | VOLGRAD_LIGHT_ENVIRONMENT_MAP | VOLGRAD_LIGHT_DIRECTIONAL);
+    let is_environment = matches!(l.kind, VOLGRAD_LIGHT_ENVIRONMENT | VOLGRAD_LIGHT_ENVIRONMENT_MAP | VOLGRAD_LIGHT_CUSTOM_SKY);
+    let is_far = is_environment || l.kind == VOLGRAD_LIGHT_DIRECTIONAL;
     match l.medium {
         _ if is_far => Ok(NONE),
         medium if medium == NONE || medium < media_count => Ok(medium),
@@ -311,6 +309,7 @@ fn orthonormal(a: DVec3, b: DVec3, c: DVec3) -> Option<[DVec3; 3]> {
 
 /// The weight with which light `i` is picked.
 pub fn light_weight(l: &volgrad_light, i: usize) -> Result<f64, Fault> {
-    let only_by_choice = matches!(l.kind, VOLGRAD_LIGHT_DIRECTIONAL | VOLGRAD_LIGHT_POINT | VOLGRAD_LIGHT_SPOT);
+    let only_by_choice =
+        matches!(l.kind, VOLGRAD_LIGHT_DIRECTIONAL | VOLGRAD_LIGHT_POINT | VOLGRAD_LIGHT_SPOT | VOLGRAD_LIGHT_CUSTOM_POINT);
     Place(c"lights.sampling_weight", i).number(l.sampling_weight, |w| if only_by_choice { w > 0.0 } else { w >= 0.0 })
 }

@@ -104,7 +104,7 @@ pub unsafe extern "C" fn volgrad_guide_init(
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract, here and below.
-        let (volgrad_scene { scene, fields, .. }, film) = unsafe { (self::object(scene)?, self::film(film)?) };
+        let (volgrad_scene { scene, hosts, .. }, film) = unsafe { (self::object(scene)?, self::film(film)?) };
         let write = unsafe { output(guided) }?;
         check_size(scene, &film)?;
         check_memory(memory, bytes, bytes_of(scene))?;
@@ -118,7 +118,7 @@ pub unsafe extern "C" fn volgrad_guide_init(
         };
         let lights = Lights { guides, ..scene.lights };
         // SAFETY: as above.
-        unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { lights, ..*scene }, fields }) };
+        unsafe { object.write(volgrad_scene { stamp: STAMP, scene: Scene { lights, ..*scene }, hosts: *hosts }) };
         write(object);
         Ok(())
     })())

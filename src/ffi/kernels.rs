@@ -241,7 +241,8 @@ pub unsafe extern "C" fn volgrad_phase_sample(
         if !((0.0..1.0).contains(&u0) && (0.0..1.0).contains(&u1)) {
             return Err(VOLGRAD_ERROR_RANGE.into());
         }
-        write(phase.sample(previous, DVec2::new(u0, u1)).into());
+        let direction = phase.sample(previous, DVec2::new(u0, u1));
+        write(direction.ok_or(VOLGRAD_ERROR_INTERNAL)?.into());
         Ok(())
     })())
 }
@@ -259,7 +260,7 @@ pub unsafe extern "C" fn volgrad_phase_invert(
         // SAFETY: the header's contract.
         let (phase, write_0, write_1) = unsafe { (self::phase(phase)?, output(u0)?, output(u1)?) };
         let previous = Place(c"to_previous", 0).unit(to_previous)?;
-        let u = phase.invert(previous, Place(c"to_next", 0).unit(to_next)?);
+        let u = phase.invert(previous, Place(c"to_next", 0).unit(to_next)?).ok_or(VOLGRAD_ERROR_INTERNAL)?;
         write_0(u.x);
         write_1(u.y);
         Ok(())

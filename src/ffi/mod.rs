@@ -7,9 +7,14 @@
 
 mod bidirectional;
 mod bootstraps;
+mod callbacks;
 mod chains;
 mod convert;
 mod custom;
+mod custom_bsdf;
+mod custom_density;
+mod custom_light;
+mod custom_phase;
 mod films;
 mod guides;
 #[cfg(feature = "exr")]
@@ -26,6 +31,7 @@ mod types;
 
 pub use bidirectional::*;
 pub use bootstraps::*;
+pub use callbacks::*;
 pub use chains::*;
 pub use films::*;
 pub use guides::*;

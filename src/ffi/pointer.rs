@@ -1,7 +1,7 @@
 //! From C pointers to references: NULL and alignment checks, option structs of other sizes.
 
 use super::status::volgrad_status::{self, *};
-use core::mem::size_of;
+use core::mem::{MaybeUninit, size_of};
 use core::slice;
 
 pub fn check<T>(pointer: *const T) -> Result<(), volgrad_status> {
@@ -89,8 +89,7 @@ unsafe fn declared_size<T>(pointer: *const T) -> Result<usize, volgrad_status> {
     if unknown.iter().all(|byte| *byte == 0) { Ok(size) } else { Err(VOLGRAD_ERROR_STRUCT_SIZE) }
 }
 
-/// A struct with pointers that starts with its size. Half of a pointer is none, so all of it must be there: no struct of this ABI version
-/// has a shorter ancestor yet.
+/// A struct with pointers that starts with its size. Half of a pointer is none, so all of it must be there.
 ///
 /// # Safety
 /// As for `declared_size`; any bytes are a valid `T`.
@@ -101,6 +100,22 @@ pub unsafe fn sized<T: Copy>(pointer: *const T) -> Result<T, volgrad_status> {
     }
     // SAFETY: the size says that all of T is there.
     Ok(unsafe { pointer.read() })
+}
+
+/// The same of a struct that has grown since it ended after `first` bytes: what an older caller does not have is 0.
+///
+/// # Safety
+/// As for `sized`; 0 is a valid value of everything in T.
+pub unsafe fn sized_since<T: Copy>(pointer: *const T, first: usize) -> Result<T, volgrad_status> {
+    // SAFETY: the caller's promise, here and below.
+    if unsafe { declared_size(pointer) }? != first {
+        return unsafe { sized(pointer) };
+    }
+    let mut value = MaybeUninit::<T>::zeroed();
+    unsafe {
+        value.as_mut_ptr().cast::<u8>().copy_from_nonoverlapping(pointer.cast(), first.min(size_of::<T>()));
+        Ok(value.assume_init())
+    }
 }
 
 /// A struct of numbers that starts with its size: the part that the caller has, over `defaults`.

@@ -1,12 +1,15 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_light, volgrad_custom_phase};
 use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
-use super::custom::{self, Field};
-use super::pointer::{array, check, output, reference, sized, write_sized};
+use super::custom::{Host, Hosts};
+use super::pointer::{array, check, output, reference, sized_since, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
+use super::{custom_bsdf, custom_density, custom_light, custom_phase};
 use crate::math::{Rgb, Vec3};
 use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
+use crate::phase::Phase;
 use crate::scene::{
     Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
 };
@@ -20,8 +23,8 @@ pub struct volgrad_scene {
     /// Tells a scene from other memory.
     pub(super) stamp: u64,
     pub(super) scene: Scene<'static>,
-    /// Its custom densities.
-    pub(super) fields: &'static [Field],
+    /// What of it the host computes.
+    pub(super) hosts: Hosts,
 }
 
 pub(super) const STAMP: u64 = 0x766f_6c67_7261_6400 | VOLGRAD_ABI_VERSION as u64;
@@ -60,14 +63,18 @@ struct Description<'a> {
     lights: &'a [volgrad_light],
     bounds_centre: Vec3,
     bounds_radius: f32,
+    phases: &'a [*const volgrad_custom_phase],
 }
+
+/// `sizeof(volgrad_scene_desc)` before it had phase functions.
+const FIRST_DESC: usize = core::mem::offset_of!(volgrad_scene_desc, phases);
 
 impl<'a> Description<'a> {
     /// # Safety
     /// `pointer` and the arrays in it are as the header says.
     unsafe fn read(pointer: *const volgrad_scene_desc) -> Result<Self, Fault> {
         // SAFETY: the caller's promise, here and below.
-        let desc = unsafe { sized(pointer) }?;
+        let desc = unsafe { sized_since(pointer, FIRST_DESC) }?;
         Ok(Self {
             camera: desc.camera,
             media: unsafe { array(desc.media, desc.media_count as usize) }.map_err(|s| s.at(c"media", 0))?,
@@ -75,6 +82,7 @@ impl<'a> Description<'a> {
             lights: unsafe { array(desc.lights, desc.light_count as usize) }.map_err(|s| s.at(c"lights", 0))?,
             bounds_centre: desc.bounds_centre,
             bounds_radius: desc.bounds_radius,
+            phases: unsafe { array(desc.phases, desc.phase_count as usize) }.map_err(|s| s.at(c"phases", 0))?,
         })
     }
 
@@ -85,6 +93,14 @@ impl<'a> Description<'a> {
 
     fn custom_media(&self) -> impl Iterator<Item = (usize, &volgrad_medium)> {
         self.media.iter().enumerate().filter(|(_, m)| m.kind == VOLGRAD_MEDIUM_CUSTOM)
+    }
+
+    fn custom_materials(&self) -> impl Iterator<Item = (usize, &volgrad_material)> {
+        self.materials.iter().enumerate().filter(|(_, m)| m.kind == VOLGRAD_MATERIAL_CUSTOM)
+    }
+
+    fn custom_lights(&self) -> impl Iterator<Item = (usize, &volgrad_light)> {
+        self.lights.iter().enumerate().filter(|(_, l)| custom_light::is_custom(l))
     }
 
     /// Length of the running sums that environment maps are sampled with.
@@ -111,14 +127,30 @@ impl<'a> Description<'a> {
             section(size_of::<u32>(), self.lights.len()),
             section(size_of::<Brick>(), self.brick_count()?),
             section(size_of::<f64>(), self.sum_count()?),
-            section(size_of::<Field>(), self.custom_media().count()),
+            section(size_of::<Host<volgrad_custom_density>>(), self.custom_media().count()),
+            section(size_of::<Host<volgrad_custom_bsdf>>(), self.custom_materials().count()),
+            section(size_of::<Host<volgrad_custom_phase>>(), self.phases.len()),
+            section(size_of::<Host<volgrad_custom_light>>(), self.custom_lights().count()),
         ];
-        let [Some(media), Some(materials), Some(lights), Some(cdf), Some(light_media), Some(bricks), Some(sums), Some(fields)] =
-            starts
-        else {
+        if starts.contains(&None) {
             return Err(VOLGRAD_ERROR_RANGE.into());
-        };
-        Ok(Layout { media, materials, lights, cdf, light_media, bricks, sums, fields, bytes: end })
+        }
+        let [media, materials, lights, cdf, light_media, bricks, sums, densities, bsdfs, phases, light_functions] =
+            starts.map(Option::unwrap_or_default);
+        Ok(Layout {
+            media,
+            materials,
+            lights,
+            cdf,
+            light_media,
+            bricks,
+            sums,
+            densities,
+            bsdfs,
+            phases,
+            light_functions,
+            bytes: end,
+        })
     }
 }
 
@@ -140,7 +172,10 @@ struct Layout {
     light_media: usize,
     bricks: usize,
     sums: usize,
-    fields: usize,
+    densities: usize,
+    bsdfs: usize,
+    phases: usize,
+    light_functions: usize,
     bytes: usize,
 }
 
@@ -156,8 +191,8 @@ pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, byt
 }
 
 /// Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
-/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids, custom densities and
-/// environment maps are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
+/// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids,
+/// environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
 /// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_init(
@@ -234,16 +269,26 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let camera = convert::camera(&desc.camera, desc.media.len() as u32)?;
     let at = |start: usize| unsafe { memory.add(start) };
     let mut bricks = unsafe { fill(at(layout.bricks), (0..desc.brick_count()?).map(|_| Ok(Brick::default())))? };
-    let custom_fields = desc.custom_media().map(|(i, m)| unsafe { custom::field(m, i) });
-    let fields: &[Field] = unsafe { fill(at(layout.fields), custom_fields)? };
-    let mut own_fields = fields.iter();
-    let numbered_media = desc.media.iter().enumerate();
-    let media = unsafe { fill(at(layout.media), numbered_media.map(|(i, m)| medium(m, i, &mut bricks, &mut own_fields)))? };
-    let numbered_materials = desc.materials.iter().enumerate();
-    let materials = unsafe { fill(at(layout.materials), numbered_materials.map(|(i, m)| convert::material(m, i)))? };
-    let mut sums = unsafe { fill(at(layout.sums), (0..desc.sum_count()?).map(|_| Ok(0.0)))? };
+    let numbered_media = || desc.media.iter().enumerate();
+    let numbered_materials = || desc.materials.iter().enumerate();
     let numbered_lights = || desc.lights.iter().enumerate();
-    let lights = unsafe { fill(at(layout.lights), numbered_lights().map(|(i, l)| light(l, i, &mut sums)))? };
+    let numbered_phases = desc.phases.iter().enumerate();
+    let hosts = unsafe {
+        Hosts {
+            densities: fill(at(layout.densities), desc.custom_media().map(|(i, m)| custom_density::host(m, i)))?,
+            bsdfs: fill(at(layout.bsdfs), desc.custom_materials().map(|(i, m)| custom_bsdf::host(m, i)))?,
+            phases: fill(at(layout.phases), numbered_phases.map(|(i, p)| custom_phase::host(*p, i)))?,
+            lights: fill(at(layout.light_functions), desc.custom_lights().map(|(i, l)| custom_light::host(l, i)))?,
+        }
+    };
+    let (mut densities, mut bsdfs, mut light_functions) = (hosts.densities.iter(), hosts.bsdfs.iter(), hosts.lights.iter());
+    let medium = |(i, m)| medium(m, i, &mut bricks, &mut densities, hosts.phases);
+    let media = unsafe { fill(at(layout.media), numbered_media().map(medium))? };
+    let material = |(i, m)| material(m, i, &mut bsdfs);
+    let materials = unsafe { fill(at(layout.materials), numbered_materials().map(material))? };
+    let mut sums = unsafe { fill(at(layout.sums), (0..desc.sum_count()?).map(|_| Ok(0.0)))? };
+    let light = |(i, l)| light(l, i, &mut sums, &mut light_functions);
+    let lights = unsafe { fill(at(layout.lights), numbered_lights().map(light))? };
     let cdf = unsafe { fill(at(layout.cdf), numbered_lights().map(|(i, l)| convert::light_weight(l, i)))? };
     leave_constant_sky_to_chance(lights, cdf);
     accumulate(cdf);
@@ -258,11 +303,19 @@ unsafe fn build(memory: *mut u8, desc: &Description, layout: &Layout) -> Result<
     let bounds = convert::bounds(desc.bounds_centre, desc.bounds_radius)?;
     let scene = Scene { camera, media, materials, lights, bounds };
     // SAFETY: as above.
-    unsafe { object.write(volgrad_scene { stamp: STAMP, scene, fields }) };
+    unsafe { object.write(volgrad_scene { stamp: STAMP, scene, hosts }) };
     Ok(object)
 }
 
-fn light(l: &volgrad_light, i: usize, sums: &mut &'static mut [f64]) -> Result<Light<'static>, Fault> {
+fn light(
+    l: &volgrad_light,
+    i: usize,
+    sums: &mut &'static mut [f64],
+    hosts: &mut slice::Iter<'static, Host<volgrad_custom_light>>,
+) -> Result<Light<'static>, Fault> {
+    if custom_light::is_custom(l) {
+        return custom_light::light(hosts.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, l, i);
+    }
     convert::light(l, i, |to_world, scale| {
         // SAFETY: the header's contract: the image outlives the scene. An Rgb is three floats.
         let texels =
@@ -281,17 +334,36 @@ fn light(l: &volgrad_light, i: usize, sums: &mut &'static mut [f64]) -> Result<L
     })
 }
 
+fn material(
+    m: &volgrad_material,
+    i: usize,
+    hosts: &mut slice::Iter<'static, Host<volgrad_custom_bsdf>>,
+) -> Result<Bsdf<'static>, Fault> {
+    match m.kind {
+        VOLGRAD_MATERIAL_CUSTOM => custom_bsdf::bsdf(hosts.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, m, i),
+        _ => convert::material(m, i),
+    }
+}
+
 fn medium(
     m: &volgrad_medium,
     i: usize,
     bricks: &mut &'static mut [Brick],
-    fields: &mut slice::Iter<'static, Field>,
+    hosts: &mut slice::Iter<'static, Host<volgrad_custom_density>>,
+    phases: &'static [Host<volgrad_custom_phase>],
 ) -> Result<Medium<'static>, Fault> {
-    let (sigma_t, albedo, phase) = convert::medium(m, i)?;
+    let (sigma_t, albedo) = convert::medium(m, i)?;
+    let phase = match m.phase.kind {
+        VOLGRAD_PHASE_CUSTOM => {
+            let phase = phases.get(m.custom_phase as usize);
+            Phase::Custom(phase.ok_or(VOLGRAD_ERROR_INDEX.at(c"media.custom_phase", i))?)
+        }
+        _ => convert::phase(&m.phase, Place(c"media.phase", i))?,
+    };
     let density = match m.kind {
         VOLGRAD_MEDIUM_HOMOGENEOUS => Density::Homogeneous,
         VOLGRAD_MEDIUM_GRID => Density::Grid(grid(m, i, bricks)?),
-        VOLGRAD_MEDIUM_CUSTOM => Density::Custom(custom::density(fields.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, m, i)?),
+        VOLGRAD_MEDIUM_CUSTOM => Density::Custom(custom_density::density(hosts.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, m, i)?),
         _ => return Err(VOLGRAD_ERROR_KIND.at(c"media.kind", i)),
     };
     Ok(Medium { sigma_t, albedo, phase, density })

@@ -47,6 +47,8 @@ pub enum volgrad_status {
     VOLGRAD_ERROR_OTHER_PATH = 18,
     /// A bug in the library or one of its dependencies; nothing of the call can be relied on.
     VOLGRAD_ERROR_INTERNAL = 19,
+    /// What is asked for needs the derivative of a custom material, phase function or light that has no `log_gradient`.
+    VOLGRAD_ERROR_NO_GRADIENT = 20,
 }
 
 use volgrad_status::*;
@@ -74,11 +76,14 @@ impl volgrad_status {
             VOLGRAD_ERROR_FILE => c"a file could not be read or written, or is not what it should be",
             VOLGRAD_ERROR_OTHER_PATH => c"the chain belongs to another scene, or its start to other samples",
             VOLGRAD_ERROR_INTERNAL => c"internal error",
+            VOLGRAD_ERROR_NO_GRADIENT => {
+                c"a custom material, phase function or light without log_gradient; choose a mode without derivatives"
+            }
         }
     }
 
     /// Every status, by number.
-    const ALL: [Self; 20] = [
+    const ALL: [Self; 21] = [
         VOLGRAD_OK,
         VOLGRAD_ERROR_NULL,
         VOLGRAD_ERROR_MISALIGNED,
@@ -99,6 +104,7 @@ impl volgrad_status {
         VOLGRAD_ERROR_FILE,
         VOLGRAD_ERROR_OTHER_PATH,
         VOLGRAD_ERROR_INTERNAL,
+        VOLGRAD_ERROR_NO_GRADIENT,
     ];
 }
 
@@ -112,6 +118,7 @@ impl From<PathError> for volgrad_status {
             PathErrorKind::BadSegments => VOLGRAD_ERROR_SEGMENTS,
             PathErrorKind::NotMovable => VOLGRAD_ERROR_NOT_MOVABLE,
             PathErrorKind::ZeroContribution => VOLGRAD_ERROR_ZERO_CONTRIBUTION,
+            PathErrorKind::NoGradient => VOLGRAD_ERROR_NO_GRADIENT,
         }
     }
 }
@@ -122,6 +129,7 @@ impl From<Stop> for volgrad_status {
             Stop::Callback(_) => VOLGRAD_ERROR_CALLBACK,
             Stop::InvalidHit => VOLGRAD_ERROR_INVALID_HIT,
             Stop::OtherPath => VOLGRAD_ERROR_OTHER_PATH,
+            Stop::NoGradient => VOLGRAD_ERROR_NO_GRADIENT,
         }
     }
 }

@@ -3,6 +3,7 @@
 //! Layouts are frozen per ABI version. Kinds are `u32` and checked where they are read, so that a bad value is a status.
 //! Vectors, rays, hits, segments and vertices are the core's own; cbindgen.toml gives them their C names.
 
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_light, volgrad_custom_phase};
 use crate::math::{Rgb, Vec3};
 use crate::medium::Segment;
 use crate::path::Vertex;
@@ -79,6 +80,8 @@ pub struct volgrad_camera {
 
 pub const VOLGRAD_PHASE_ISOTROPIC: u32 = 0;
 pub const VOLGRAD_PHASE_HENYEY_GREENSTEIN: u32 = 1;
+/// Of media only: what the host computes.
+pub const VOLGRAD_PHASE_CUSTOM: u32 = 2;
 
 /// A phase function, normalised to 1 over the sphere.
 #[repr(C)]
@@ -86,7 +89,7 @@ pub const VOLGRAD_PHASE_HENYEY_GREENSTEIN: u32 = 1;
 pub struct volgrad_phase {
     /// `VOLGRAD_PHASE_*`.
     pub kind: u32,
-    /// Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic.
+    /// Mean cosine, -1 < g < 1; forward scattering is positive. Unused by isotropic and custom.
     pub g: f32,
 }
 
@@ -116,7 +119,7 @@ pub struct volgrad_custom_density {
     /// `sizeof(volgrad_custom_density)` of the caller.
     pub struct_size: u32,
     pub reserved: u32,
-    /// Passed back as the callbacks' first argument.
+    /// Passed back as the callbacks' first argument. Must outlive the scene.
     pub user: *mut c_void,
     pub density: volgrad_density_fn,
     pub gradient: volgrad_density_gradient_fn,
@@ -137,6 +140,8 @@ pub struct volgrad_medium {
     pub sigma_t: Rgb,
     /// Single-scattering albedo, in [0, 1].
     pub albedo: Rgb,
+    /// Index into `volgrad_scene_desc.phases`; read if `phase.kind` is `VOLGRAD_PHASE_CUSTOM`.
+    pub custom_phase: u32,
     /// Grid: nx*ny*nz densities, not negative, x fastest; sample (i, j, k) lies at ((i+.5)/nx, (j+.5)/ny, (k+.5)/nz) of the
     /// unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
     /// Borrowed: must outlive the scene. NULL for other kinds.
@@ -146,7 +151,7 @@ pub struct volgrad_medium {
     pub nz: u32,
     /// Grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
     pub local_to_world: [f32; 12],
-    /// Custom: the density. Borrowed: must outlive the scene. NULL for other kinds.
+    /// Custom: the density; read by `volgrad_scene_init`. NULL for other kinds.
     pub custom: *const volgrad_custom_density,
 }
 
@@ -154,11 +159,13 @@ pub const VOLGRAD_MATERIAL_DIFFUSE: u32 = 0;
 pub const VOLGRAD_MATERIAL_MIRROR: u32 = 1;
 pub const VOLGRAD_MATERIAL_DIELECTRIC: u32 = 2;
 pub const VOLGRAD_MATERIAL_CONDUCTOR: u32 = 3;
+pub const VOLGRAD_MATERIAL_CUSTOM: u32 = 4;
 
 /// `volgrad_material.flags`: a surface that is not dielectric scatters alike on both sides.
 pub const VOLGRAD_MATERIAL_TWO_SIDED: u32 = 1;
 
-/// A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
+/// A surface's BSDF. All but dielectrics, and custom ones that transmit, are one-sided, unless `flags` says otherwise: black from behind
+/// (against the geometric normal).
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_material {
@@ -176,8 +183,8 @@ pub struct volgrad_material {
     /// Conductor: complex index of refraction eta + i k over that outside, per channel; >= 0.
     pub conductor_eta: Rgb,
     pub conductor_k: Rgb,
-    /// Reserved for callback materials; NULL.
-    pub custom: *const c_void,
+    /// Custom: the BSDF; read by `volgrad_scene_init`. NULL for other kinds.
+    pub custom: *const volgrad_custom_bsdf,
 }
 
 pub const VOLGRAD_LIGHT_PARALLELOGRAM: u32 = 0;
@@ -188,6 +195,10 @@ pub const VOLGRAD_LIGHT_DIRECTIONAL: u32 = 4;
 pub const VOLGRAD_LIGHT_POINT: u32 = 5;
 pub const VOLGRAD_LIGHT_SPOT: u32 = 6;
 pub const VOLGRAD_LIGHT_ENVIRONMENT_MAP: u32 = 7;
+/// Radiance from infinitely far away, as the host computes it.
+pub const VOLGRAD_LIGHT_CUSTOM_SKY: u32 = 8;
+/// A point light whose profile the host computes.
+pub const VOLGRAD_LIGHT_CUSTOM_POINT: u32 = 9;
 
 /// A light. Area lights emit from the side that their normal points to, and are opaque surfaces that the host's ray queries return.
 #[repr(C)]
@@ -199,13 +210,13 @@ pub struct volgrad_light {
     /// Subpaths from the light start in it; an area light must not cross a medium's boundary. Unused by lights at infinity.
     pub medium: u32,
     /// Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
-    /// its inner cone. Environment map: factor on its image. Not negative.
+    /// its inner cone. Environment map: factor on its image. Custom: factor on what the host computes. Not negative.
     pub emission: Rgb,
     /// Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
-    /// lights, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
+    /// lights, custom ones too, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
     /// light has one: paths that go on find the sky as well.
     pub sampling_weight: f32,
-    /// Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
+    /// Parallelogram, triangle: a corner. Sphere: centre. Point, custom or not, and spot: position.
     pub position: Vec3,
     /// Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
     /// Environment map: its x and y axes in the world; y is up.
@@ -226,12 +237,12 @@ pub struct volgrad_light {
     pub image: *const f32,
     pub image_width: u32,
     pub image_height: u32,
-    /// Reserved for callback lights; NULL.
-    pub custom: *const c_void,
+    /// Custom: the light; read by `volgrad_scene_init`. NULL for other kinds.
+    pub custom: *const volgrad_custom_light,
 }
 
 /// Everything of a scene but its geometry, which stays with the host. Arrays are read by `volgrad_scene_init` and may be freed
-/// after it; density grids and environment maps are borrowed.
+/// after it, and so may tables of callbacks; density grids and environment maps are borrowed, and what `user` points to.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct volgrad_scene_desc {
@@ -243,12 +254,16 @@ pub struct volgrad_scene_desc {
     pub camera: volgrad_camera,
     pub media: *const volgrad_medium,
     pub materials: *const volgrad_material,
-    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
+    /// At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`, `VOLGRAD_LIGHT_ENVIRONMENT_MAP` or `VOLGRAD_LIGHT_CUSTOM_SKY`.
     pub lights: *const volgrad_light,
     /// A sphere around all surfaces, null ones included; its radius in world units, >= 0. Radius 0: unknown; then light subpaths
     /// start from no light at infinity.
     pub bounds_centre: Vec3,
     pub bounds_radius: f32,
+    /// `phase_count` phase functions of media, each read by `volgrad_scene_init`. May be NULL; so may be what is not there in a shorter struct.
+    pub phases: *const *const volgrad_custom_phase,
+    pub phase_count: u32,
+    pub reserved: u32,
 }
 
 /// A light path `x_0 ... x_k`, from the camera to a light. Null (index-matched) surfaces are no vertices.
@@ -292,6 +307,6 @@ const _: () = {
     assert!(size_of::<Vertex>() == 44 && size_of::<Ray>() == 36 && size_of::<Hit>() == 372);
     assert!(size_of::<volgrad_camera>() == 96 && size_of::<volgrad_phase>() == 8 && size_of::<volgrad_medium>() == 120);
     assert!(size_of::<volgrad_custom_density>() == 40);
-    assert!(size_of::<volgrad_scene_desc>() == 152);
+    assert!(size_of::<volgrad_scene_desc>() == 168);
     assert!(size_of::<volgrad_material>() == 64 && size_of::<volgrad_light>() == 112 && size_of::<volgrad_path>() == 32);
 };

@@ -59,6 +59,8 @@ pub enum PathErrorKind {
     NotMovable,
     /// f is 0 here, so log f has no gradient.
     ZeroContribution,
+    /// The host computes what is here, but not its derivatives.
+    NoGradient,
 }
 
 impl PathErrorKind {
@@ -72,7 +74,7 @@ impl PathErrorKind {
 pub enum Node<'a> {
     Camera(&'a Camera),
     Medium(&'a Medium<'a>),
-    Surface(&'a Bsdf),
+    Surface(&'a Bsdf<'a>),
     Light(&'a Light<'a>),
 }
 

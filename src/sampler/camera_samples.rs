@@ -32,7 +32,16 @@ pub struct CameraSamples<'a, Q> {
 }
 
 impl<'a, Q: Queries> CameraSamples<'a, Q> {
-    pub fn new(scene: &'a Scene<'a>, queries: &'a Q, shift: Option<shift::Options>, seed: u64, pass: u64) -> Self {
+    pub fn new(
+        scene: &'a Scene<'a>,
+        queries: &'a Q,
+        shift: Option<shift::Options>,
+        seed: u64,
+        pass: u64,
+    ) -> Result<Self, Stop> {
+        if let Some(options) = &shift {
+            options.check(scene)?;
+        }
         let [x0, y0, x1, y1] = scene.camera.crop;
         let samples = pass as f64 * f64::from(x1 - x0) * f64::from(y1 - y0);
         let shift = shift.map(|options| options.after(samples));
@@ -40,7 +49,7 @@ impl<'a, Q: Queries> CameraSamples<'a, Q> {
             let numbers = tile_numbers(seed, pass);
             Tiling::new(&scene.camera, options.tile_side(), numbers)
         });
-        Self { scene, queries, seed, pass, shift, tiling, tile: None }
+        Ok(Self { scene, queries, seed, pass, shift, tiling, tile: None })
     }
 
     /// That of the sampled pixel number `index`: row by row; with tiles, tile by tile.

@@ -7,7 +7,7 @@ use crate::scene::{Bsdf, BsdfSample};
 #[derive(Clone, Copy, Debug)]
 pub enum Scatterer<'a> {
     Medium(Phase),
-    Surface { bsdf: &'a Bsdf, normal: DVec3 },
+    Surface { bsdf: &'a Bsdf<'a>, normal: DVec3 },
 }
 
 /// A vertex where light scatters.
@@ -42,9 +42,10 @@ impl Interaction<'_> {
     pub fn sample(&self, u: DVec2, lobe: f64) -> Option<BsdfSample> {
         match self.scatterer {
             Scatterer::Medium(phase) => {
-                let direction = phase.sample(self.to_camera, u);
-                let pdf = Some(phase.eval(self.to_camera.dot(direction)));
-                Some(BsdfSample { direction, weight: Colour::ONE, pdf, eta_squared: 1.0 })
+                let direction = phase.sample(self.to_camera, u)?;
+                let pdf = phase.eval(self.to_camera.dot(direction));
+                let sample = BsdfSample { direction, weight: Colour::ONE, pdf: Some(pdf), eta_squared: 1.0 };
+                (pdf > 0.0).then_some(sample)
             }
             Scatterer::Surface { bsdf, normal } => bsdf.sample(normal, self.to_camera, u, lobe),
         }

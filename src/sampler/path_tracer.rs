@@ -78,7 +78,7 @@ impl<Q: Queries> PathTracer<'_, Q> {
     /// tile.
     pub fn sample_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
         let Options { seed, shift, .. } = self.options;
-        let mut samples = CameraSamples::new(self.scene, self.queries, shift, seed, pass);
+        let mut samples = CameraSamples::new(self.scene, self.queries, shift, seed, pass)?;
         let mut scratch = Scratch::default();
         let mut record = Record::new(shift.as_ref());
         for index in pixels {
@@ -355,7 +355,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             let next_event = pick
                 * match light {
                     Light::Environment { .. } => sampled.direction_pdf,
-                    Light::EnvironmentMap(_) => light.direction_pdf(-self.direction),
+                    Light::EnvironmentMap(_) | Light::CustomSky(_) => light.direction_pdf(-self.direction),
                     light => light.area_pdf(),
                 };
             if next_event > 0.0 { going_on / (going_on + next_event) } else { 1.0 }

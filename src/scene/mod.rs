@@ -6,11 +6,11 @@ mod light;
 mod query;
 mod view;
 
-pub use bsdf::{Bsdf, BsdfSample, Conductor, Ggx, Reflector, RoughConductor, RoughDielectric};
+pub use bsdf::{Bsdf, BsdfFunction, BsdfSample, Conductor, CustomBsdf, Ggx, Reflector, RoughConductor, RoughDielectric};
 pub use camera::{Camera, CameraRay, ImagePoint};
 pub use light::{
-    EnvironmentMap, Falloff, GUIDE_SIDE, Guide, Light, LightSample, Lights, accumulate, leave_constant_sky_to_chance,
-    running_sums, sums_length,
+    CustomProfile, CustomSky, EnvironmentMap, Falloff, GUIDE_SIDE, Guide, Light, LightSample, Lights, ProfileFunction,
+    SkyFunction, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
 };
 pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
 pub use view::View;
@@ -23,7 +23,7 @@ use crate::medium::Medium;
 pub struct Scene<'a> {
     pub camera: Camera,
     pub media: &'a [Medium<'a>],
-    pub materials: &'a [Bsdf],
+    pub materials: &'a [Bsdf<'a>],
     pub lights: Lights<'a>,
     pub bounds: Bounds,
 }
@@ -39,5 +39,11 @@ pub struct Bounds {
 impl Scene<'_> {
     pub fn medium(&self, index: u32) -> Option<&Medium<'_>> {
         self.media.get(index as usize)
+    }
+
+    /// An error if the derivative of a phase function is not known.
+    pub fn check_phase_derivatives(&self) -> Result<(), Stop> {
+        let known = self.media.iter().all(|medium| medium.phase.has_derivative());
+        if known { Ok(()) } else { Err(Stop::NoGradient) }
     }
 }

@@ -129,6 +129,8 @@ pub enum Stop {
     InvalidHit,
     /// A chain's numbers do not make the path that they made before: this is another scene, or a plan of other samples.
     OtherPath,
+    /// Batches need the derivative of a phase function that the host does not tell.
+    NoGradient,
 }
 
 /// Geometry, as the host has it. Index-matched (null) surfaces are never hits: they end segments. `hits` is as long as `rays`.

@@ -47,7 +47,7 @@ impl Bounce {
     fn like(transmitted: bool, bsdf: &Bsdf, normal: DVec3, to_camera: DVec3) -> Option<Self> {
         // The extreme numbers choose reflection and refraction, if they are possible.
         let lobe = if transmitted { 1.0 } else { 0.0 };
-        let sample = bsdf.sample(normal, to_camera, DVec2::ZERO, lobe).filter(|_| bsdf.is_specular())?;
+        let sample = if bsdf.is_specular() { bsdf.sample(normal, to_camera, DVec2::ZERO, lobe) } else { None }?;
         Some(Self::new(bsdf, normal, to_camera, sample.direction)).filter(|bounce| bounce.transmitted == transmitted)
     }
 }

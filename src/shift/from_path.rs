@@ -11,6 +11,7 @@ use crate::scene::{MAX_SEGMENTS, Scene};
 
 /// Prepares a path of any sampler, with weight C = w·f/p in RGB. None: its first vertex may not move, it stays as it is.
 pub fn from_path(scene: &Scene, path: &Path, weight: Colour, options: &Options) -> Result<Option<Shiftable>, PathError> {
+    options.check(scene).map_err(|_| PathErrorKind::NoGradient.at(1))?;
     let Some(length) = run_length(scene, path, options)? else { return Ok(None) };
     let lens = scene.camera.on_lens(path.position(scene, 0)?);
     let image = scene.camera.project(path.position(scene, 1)?, lens).ok_or(PathErrorKind::ZeroContribution.at(1))?;

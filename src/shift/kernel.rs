@@ -1,5 +1,7 @@
 //! Where a path is shifted to. Kernels are symmetric: the density of x → y is that of y → x.
 
+use crate::scene::{Scene, Stop};
+
 /// Most offsets in a batch: a tile of 6 × 6 pixels.
 pub const MAX_SHIFTS: usize = 35;
 
@@ -116,6 +118,12 @@ impl Options {
     pub fn moves_surfaces(&self) -> bool {
         let on_image = matches!(self.kernel, Kernel::Tile | Kernel::Disk(Radius::Pixels(_)));
         on_image && self.mode.evaluates()
+    }
+
+    /// Stops modes that have nothing but the gradient where the host does not tell a phase function's. (Links end at no surface or light whose
+    /// gradient they would need.)
+    pub fn check(&self, scene: &Scene) -> Result<(), Stop> {
+        if self.mode.evaluates() { Ok(()) } else { scene.check_phase_derivatives() }
     }
 
     /// Whether batches need their tile's camera rays.

@@ -75,7 +75,8 @@ fn tracer<'a>(
 /// Tells all that the sample through a pixel makes. Pixels are numbered row by row.
 fn each_technique<'a>(sampler: &Bidirectional<'a, Geometry>, pass: u64, pixel: u32, mut tell: impl FnMut(&Sample)) {
     let (mut camera, mut light) = (Subpath::default(), Subpath::default());
-    let mut samples = CameraSamples::new(sampler.scene, sampler.queries, None, sampler.options.seed, pass);
+    let mut samples =
+        CameraSamples::new(sampler.scene, sampler.queries, None, sampler.options.seed, pass).expect("nothing is shifted");
     let first = samples.sample(pixel, &mut Stats::default()).expect("the toy host never stops");
     let tell = |sample: &Sample| {
         tell(sample);

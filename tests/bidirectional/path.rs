@@ -4,7 +4,7 @@
 //! f = W Π [C/d² Tr σ_s] Π [f_s C] Le, and for (s, t), p = Π of t − 1 densities from the camera's side and s from the light's. At a specular
 //! vertex both are without its delta factor, in the measure η² C dω, which is the same for both directions.
 
-use crate::toy::scenes::{BLACK, World};
+use crate::toy::scenes::World;
 use crate::worlds::carried;
 use std::f64::consts::PI;
 use volgrad::math::{Colour, DVec2, DVec3, mean, orthonormal_basis};
@@ -185,7 +185,7 @@ impl<'a> Path<'a> {
             .intersect(&[Ray::free(origin, direction, f64::INFINITY, self.world.camera.medium)], &mut hits)
             .expect("never stops");
         let surface = hits[0].kind == HIT_SURFACE;
-        if surface && self.world.materials[hits[0].material as usize] != BLACK {
+        if surface && !self.world.materials[hits[0].material as usize].is_black() {
             return 1.0;
         }
         let length = if surface { hits[0].t.into() } else { f64::INFINITY };

@@ -14,7 +14,7 @@ pub fn fog() -> Medium<'static> {
     homogeneous([0.5; 3], [0.9; 3], 0.0)
 }
 
-pub fn diffuse(albedo: f64) -> Bsdf {
+pub fn diffuse(albedo: f64) -> Bsdf<'static> {
     Bsdf::Diffuse { albedo: Colour::splat(albedo) }
 }
 
@@ -156,7 +156,7 @@ pub fn glass() -> Vec<(&'static str, World)> {
 }
 
 /// Between the lamp and everything else: the camera is where the index of refraction is another one, so to say under water.
-fn under_a_sheet(bsdf: Bsdf) -> World {
+fn under_a_sheet(bsdf: Bsdf<'static>) -> World {
     lamp(room(pinhole(), fog()).surface(rectangle([-2.2, 1.3, -1.8], [0.0, 0.0, 3.6], [4.4, 0.0, 0.0]), bsdf))
 }
 

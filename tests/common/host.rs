@@ -78,7 +78,7 @@ pub fn rounded_path(path: &ReferencePath) -> ReferencePath {
 pub fn phase(phase: ReferencePhase) -> Phase {
     match phase {
         ReferencePhase::Isotropic => Phase::ISOTROPIC,
-        ReferencePhase::HenyeyGreenstein { g } => Phase { g },
+        ReferencePhase::HenyeyGreenstein { g } => Phase::henyey_greenstein(g),
     }
 }
 
@@ -183,7 +183,7 @@ fn facing(vertex: Vertex, normal: reference_vector::Vec3) -> Vertex {
     Vertex { normal: single(normal), shading_normal: single(normal), ..vertex }
 }
 
-fn rough(alpha: f64, microfacets: Microfacets) -> Bsdf {
+fn rough(alpha: f64, microfacets: Microfacets) -> Bsdf<'static> {
     let ggx = Ggx { alpha };
     match microfacets {
         Microfacets::Conductor { eta, k } => {
@@ -208,7 +208,7 @@ struct HostPath {
     vertices: Vec<Vertex>,
     segments: Vec<Segment>,
     edge_ends: Vec<u32>,
-    materials: Vec<Bsdf>,
+    materials: Vec<Bsdf<'static>>,
     lights: Vec<Light<'static>>,
 }
 
@@ -226,7 +226,7 @@ impl HostPath {
         host
     }
 
-    fn surface(&mut self, position: reference_vector::Vec3, normal: reference_vector::Vec3, bsdf: Bsdf) -> Vertex {
+    fn surface(&mut self, position: reference_vector::Vec3, normal: reference_vector::Vec3, bsdf: Bsdf<'static>) -> Vertex {
         self.materials.push(bsdf);
         Vertex { index: self.materials.len() as u32 - 1, ..facing(at(VERTEX_SURFACE, position), normal) }
     }

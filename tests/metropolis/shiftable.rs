@@ -137,7 +137,8 @@ fn each_path(world: &World, samples: u64, mut check: impl FnMut(&Whole)) {
     for pass in 0..samples {
         let pixel = (pass * 37 % pixels) as u32;
         let mut stats = Stats::default();
-        let first = CameraSamples::new(&scene, &world.geometry, None, options.seed, pass).sample(pixel, &mut stats);
+        let first = CameraSamples::new(&scene, &world.geometry, None, options.seed, pass);
+        let first = first.expect("nothing is shifted").sample(pixel, &mut stats);
         let tell = |sample: &Sample| {
             check(&Whole::new(world, &scene, sample));
             Ok(())

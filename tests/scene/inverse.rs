@@ -22,7 +22,7 @@ fn either_side() -> impl Strategy<Value = (f64, f64)> {
     (prop_oneof![0.05..0.999_f64, -0.999..-0.05_f64], 0.0..1.0_f64)
 }
 
-fn rough(eta: f64, alpha: f64) -> [Bsdf; 5] {
+fn rough(eta: f64, alpha: f64) -> [Bsdf<'static>; 5] {
     let (ggx, conductor, albedo) = (Ggx { alpha }, METAL, Colour::splat(0.5));
     let metal = RoughConductor { conductor, ggx };
     [
@@ -34,7 +34,7 @@ fn rough(eta: f64, alpha: f64) -> [Bsdf; 5] {
     ]
 }
 
-fn smooth(eta: f64) -> [Bsdf; 4] {
+fn smooth(eta: f64) -> [Bsdf<'static>; 4] {
     let reflectance = Colour::splat(0.5);
     [
         Bsdf::Mirror { reflectance },

@@ -34,13 +34,13 @@ proptest! {
         let towards = |angle: f64| direction_before(axis, (angle.cos(), turn));
         let omega = towards(inner + at * (outer - inner));
         let expected = gradient(|w| light.emission(DVec3::from_array(w).normalize()).to_array().map(f64::ln), omega.to_array());
-        let found = light.log_gradient(omega);
+        let found = light.log_gradient(omega).expect("built in");
         for (found, expected) in found.into_iter().zip(expected) {
             let tangent = found - found.dot(omega) * omega;
             prop_assert!((tangent - DVec3::from_array(expected)).length() < 1e-6 * (1.0 + tangent.length()), "{tangent}, {expected:?}");
         }
-        prop_assert_eq!(light.log_gradient(towards(0.5 * inner)), [DVec3::ZERO; 3]);
-        prop_assert_eq!(light.log_gradient(towards(outer + 0.1)), [DVec3::ZERO; 3]);
+        prop_assert_eq!(light.log_gradient(towards(0.5 * inner)), Some([DVec3::ZERO; 3]));
+        prop_assert_eq!(light.log_gradient(towards(outer + 0.1)), Some([DVec3::ZERO; 3]));
     }
 }
 
@@ -49,7 +49,7 @@ fn equal_cones_have_a_sharp_edge() {
     let light = spot(DVec3::Z, 0.5, 0.5);
     let towards = |angle: f64| direction_before(DVec3::Z, (angle.cos(), 0.3));
     assert_eq!((light.emission(towards(0.4999)), light.emission(towards(0.5001))), (INTENSITY, Colour::ZERO));
-    assert_eq!(light.log_gradient(towards(0.5)), [DVec3::ZERO; 3]);
+    assert_eq!(light.log_gradient(towards(0.5)), Some([DVec3::ZERO; 3]));
 }
 
 #[test]

@@ -14,7 +14,7 @@ use volgrad::scene::{
 pub struct World {
     pub camera: Camera,
     pub media: Vec<Medium<'static>>,
-    pub materials: Vec<Bsdf>,
+    pub materials: Vec<Bsdf<'static>>,
     pub lights: Vec<Light<'static>>,
     /// Picking probabilities of the lights.
     pub picks: Vec<f64>,
@@ -67,7 +67,9 @@ impl World {
             Light::Parallelogram { corner, edge_u, edge_v, .. } => Some(corner + 0.5 * (edge_u + edge_v)),
             Light::Triangle { corner, edge_u, edge_v, .. } => Some(corner + 0.25 * (edge_u + edge_v)),
             Light::Sphere { centre, radius, .. } => Some(centre + radius * DVec3::X),
-            Light::Point { position, .. } | Light::Spot { position, .. } => Some(position),
+            Light::Point { position, .. } | Light::Spot { position, .. } | Light::CustomPoint { position, .. } => {
+                Some(position)
+            }
             _ => None,
         };
         self.light_media = self.lights.iter().map(|l| place(l).map_or(NONE, |x| self.geometry.medium_at(x))).collect();
@@ -105,7 +107,7 @@ impl World {
         self
     }
 
-    pub fn surface(mut self, shape: Shape, bsdf: Bsdf) -> Self {
+    pub fn surface(mut self, shape: Shape, bsdf: Bsdf<'static>) -> Self {
         let material = self.materials.len() as u32;
         self.materials.push(bsdf);
         self.geometry.surfaces.push(Surface { shape, material, light: NONE });
@@ -145,7 +147,7 @@ pub fn camera(position: [f64; 3], tan_half_fov: f64, side: u32) -> Camera {
 }
 
 pub fn homogeneous(sigma_t: [f64; 3], albedo: [f64; 3], g: f64) -> Medium<'static> {
-    Medium { sigma_t: sigma_t.into(), albedo: albedo.into(), phase: Phase { g }, density: Density::Homogeneous }
+    Medium { sigma_t: sigma_t.into(), albedo: albedo.into(), phase: Phase::henyey_greenstein(g), density: Density::Homogeneous }
 }
 
 /// A grid of `size` samples in the box from `low` to `high`, whose density at sample (x, y, z) is `density`.

@@ -78,6 +78,11 @@ impl Seen {
     }
 }
 
+/// The phase function at vertex `i`, if its derivative is known.
+pub fn known(phase: Phase, i: usize) -> Result<Phase, PathError> {
+    if phase.has_derivative() { Ok(phase) } else { Err(PathErrorKind::NoGradient.at(i)) }
+}
+
 /// What a path has at a neighbour q of a moving vertex x.
 pub struct Beyond {
     pub neighbour: Neighbour,
@@ -105,10 +110,21 @@ impl Beyond {
             Node::Camera(_) => Self::at(Neighbour::Camera),
             node if node.is_specular() => return Err(PathErrorKind::NotMovable.at(i)),
             node if node.is_direction() => Self::at(Neighbour::Direction(position)),
-            Node::Medium(medium) => Self { wing: Some(Wing { phase: medium.phase, to_other: to_other()? }), ..beyond },
-            Node::Surface(bsdf) if i < q => Self { profile: bsdf.log_gradient(normal, to_x()?, to_other()?).0, ..beyond },
-            Node::Surface(bsdf) => Self { profile: bsdf.log_gradient(normal, to_other()?, to_x()?).1, ..beyond },
-            Node::Light(light) => Self { profile: light.log_gradient(to_x()?), ..beyond },
+            Node::Medium(medium) => {
+                Self { wing: Some(Wing { phase: known(medium.phase, q)?, to_other: to_other()? }), ..beyond }
+            }
+            Node::Surface(bsdf) if i < q => {
+                let gradients = bsdf.log_gradient(normal, to_x()?, to_other()?);
+                Self { profile: gradients.ok_or(PathErrorKind::NoGradient.at(q))?.0, ..beyond }
+            }
+            Node::Surface(bsdf) => {
+                let gradients = bsdf.log_gradient(normal, to_other()?, to_x()?);
+                Self { profile: gradients.ok_or(PathErrorKind::NoGradient.at(q))?.1, ..beyond }
+            }
+            Node::Light(light) => {
+                let gradient = light.log_gradient(to_x()?).ok_or(PathErrorKind::NoGradient.at(q))?;
+                Self { profile: gradient, ..beyond }
+            }
         })
     }
 }

@@ -4,7 +4,7 @@ use super::super::contribution::towards;
 use super::super::{Node, Path, PathError, PathErrorKind};
 use super::LogGradient;
 use super::end::{End, EndGradient};
-use super::neighbour::Beyond;
+use super::neighbour::{Beyond, known};
 use crate::math::DVec3;
 use crate::medium::{Medium, moments};
 use crate::scene::Scene;
@@ -52,7 +52,7 @@ impl Run {
         let end = End {
             side,
             x: path.position(scene, i)?,
-            phase: medium(scene, path, i)?.phase,
+            phase: known(medium(scene, path, i)?.phase, i)?,
             onwards: towards(path, scene, i, if q < i { i + 1 } else { i - 1 })?,
             beyond: Beyond::new(scene, path, i, q)?,
             line: path.edge(scene, i.min(q))?,

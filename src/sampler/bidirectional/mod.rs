@@ -116,7 +116,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
         // All of a sample or nothing: a callback can stop it, but only before its first splat.
         let mut seen_elsewhere = [(DVec2::ZERO, Colour::ZERO); MAX_LENGTH];
-        let mut samples = CameraSamples::new(self.scene, self.queries, None, self.options.seed, pass);
+        let mut samples = CameraSamples::new(self.scene, self.queries, None, self.options.seed, pass)?;
         for index in pixels {
             let (mut sum, mut count) = (Colour::ZERO, 0);
             let first = samples.sample(index, stats)?;
@@ -140,7 +140,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     /// The same as `sample_pixels`, with a batch of every sample whose first vertex may move. With tiles, pixels are numbered tile by tile.
     fn shift_pixels(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
-        let mut samples = CameraSamples::new(self.scene, self.queries, self.options.shift, self.options.seed, pass);
+        let mut samples = CameraSamples::new(self.scene, self.queries, self.options.shift, self.options.seed, pass)?;
         let Some(options) = samples.shift else { return Ok(()) };
         let (mut bundle, mut scratch) = (Bundle::default(), Scratch::default());
         for index in pixels {
@@ -172,7 +172,7 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
     /// many rows for each light. From it [`Guide::learned`] knows where to send them.
     pub fn learn(&self, pass: u64, pixels: Range<u32>, film: &mut Film, stats: &mut Stats) -> Result<(), Stop> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
-        let mut samples = CameraSamples::new(self.scene, self.queries, None, self.options.seed, pass);
+        let mut samples = CameraSamples::new(self.scene, self.queries, None, self.options.seed, pass)?;
         for index in pixels {
             let mut sum = Colour::ZERO;
             let first = samples.sample(index, stats)?;

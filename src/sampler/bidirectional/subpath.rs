@@ -357,7 +357,7 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
         let back = vertex.edge.back;
         match vertex.kind {
             Kind::Medium { phase, .. } => {
-                let direction = phase.sample(back, u);
+                let direction = phase.sample(back, u)?;
                 let pdf = Some(phase.eval(back.dot(direction)));
                 Some(BsdfSample { direction, weight: Colour::ONE, pdf, eta_squared: 1.0 })
             }

@@ -19,7 +19,7 @@ pub enum Kind<'a> {
     },
     Surface {
         material: u32,
-        bsdf: &'a Bsdf,
+        bsdf: &'a Bsdf<'a>,
         /// As the surface is oriented, and the media on its side and on the other.
         normal: DVec3,
         media: [u32; 2],

@@ -198,8 +198,13 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         self.splat(state, Change::NONE, state.pending, &mut room, film, stats)
     }
 
-    /// At the path of the chain's numbers. It stops if that is another one than it was.
+    /// At the path of the chain's numbers. It stops if that is another one than it was, or batches cannot be made.
     fn begin(&self, state: &State, numbers: &[f64], stats: &mut Stats) -> Result<Room<'a>, Stop> {
+        match &self.options.shift {
+            Some(Batches::Shifts(options)) => options.check(self.scene)?,
+            Some(Batches::Thesis(_)) => self.scene.check_phase_derivatives()?,
+            None => {}
+        }
         let mut room = Room::default();
         room.numbers.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
         self.sample(state, state.technique, Change::BOTH, &mut room, stats)?;

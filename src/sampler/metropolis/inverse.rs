@@ -113,7 +113,7 @@ fn distance(path: &Joined, i: usize, edge: &Edge) -> f64 {
 fn write_vertex(path: &Joined, i: usize, distance: f64, directions: Option<(DVec3, DVec3)>, writer: &mut Writer) -> Option<()> {
     let (direction, lobe) = match (directions, path.vertex(i).kind) {
         (None, _) => (DVec2::splat(ANY), ANY),
-        (Some((back, on)), Kind::Medium { phase, .. }) => (phase.invert(back, on), ANY),
+        (Some((back, on)), Kind::Medium { phase, .. }) => (phase.invert(back, on)?, ANY),
         (Some((back, on)), Kind::Surface { bsdf, normal, .. }) => bsdf.invert(normal, back, on)?,
         _ => return None,
     };

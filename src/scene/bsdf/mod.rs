@@ -1,9 +1,11 @@
-//! Surface scattering: diffuse, mirror, smooth and rough conductors and dielectrics.
+//! Surface scattering: diffuse, mirror, smooth and rough conductors and dielectrics; and what the host computes.
 
+mod custom;
 mod fresnel;
 mod ggx;
 mod rough;
 
+pub use custom::{BsdfFunction, CustomBsdf};
 pub use fresnel::Conductor;
 pub use ggx::Ggx;
 pub use rough::{RoughConductor, RoughDielectric};
@@ -14,8 +16,8 @@ use crate::math::{Colour, DVec2, DVec3, hemisphere_number, orthonormal_basis, sq
 use core::f64::consts::PI;
 
 /// A surface's BSDF. Directions point away from the surface; `n` is its oriented geometric normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bsdf {
+#[derive(Clone, Copy, Debug)]
+pub enum Bsdf<'a> {
     /// Lambert's, on the side that the normal points to.
     Diffuse {
         albedo: Colour,
@@ -33,29 +35,43 @@ pub enum Bsdf {
     /// On the side that the normal points to.
     RoughConductor(RoughConductor),
     RoughDielectric(RoughDielectric),
+    /// On the side that the normal points to, unless it transmits.
+    Custom(CustomBsdf<'a>),
     /// The same on both sides.
-    TwoSided(Reflector),
+    TwoSided(Reflector<'a>),
 }
 
 /// What scatters only on the side that its normal points to; see the same names in [`Bsdf`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reflector {
-    Diffuse { albedo: Colour },
-    Mirror { reflectance: Colour },
+#[derive(Clone, Copy, Debug)]
+pub enum Reflector<'a> {
+    Diffuse {
+        albedo: Colour,
+    },
+    Mirror {
+        reflectance: Colour,
+    },
     Conductor(Conductor),
     RoughConductor(RoughConductor),
+    /// One that does not transmit.
+    Custom(CustomBsdf<'a>),
 }
 
-impl From<Reflector> for Bsdf {
-    fn from(reflector: Reflector) -> Self {
+impl<'a> From<Reflector<'a>> for Bsdf<'a> {
+    fn from(reflector: Reflector<'a>) -> Self {
         match reflector {
             Reflector::Diffuse { albedo } => Self::Diffuse { albedo },
             Reflector::Mirror { reflectance } => Self::Mirror { reflectance },
             Reflector::Conductor(conductor) => Self::Conductor(conductor),
             Reflector::RoughConductor(rough) => Self::RoughConductor(rough),
+            Reflector::Custom(custom) => Self::Custom(custom),
         }
     }
 }
+
+/// Log-derivatives by to_camera and to_light, per colour channel.
+type LogGradients = ([DVec3; 3], [DVec3; 3]);
+
+const NO_GRADIENT: LogGradients = ([DVec3::ZERO; 3], [DVec3::ZERO; 3]);
 
 /// What an inverse says where any number will do.
 const ANY: f64 = 0.5;
@@ -73,11 +89,11 @@ pub struct BsdfSample {
     pub eta_squared: f64,
 }
 
-impl Bsdf {
+impl Bsdf<'_> {
     pub fn is_specular(&self) -> bool {
         match *self {
             Self::Mirror { .. } | Self::Dielectric { .. } | Self::Conductor(_) => true,
-            Self::Diffuse { .. } | Self::RoughConductor(_) | Self::RoughDielectric(_) => false,
+            Self::Diffuse { .. } | Self::RoughConductor(_) | Self::RoughDielectric(_) | Self::Custom(_) => false,
             Self::TwoSided(reflector) => Self::from(reflector).is_specular(),
         }
     }
@@ -89,7 +105,11 @@ impl Bsdf {
 
     /// Whether light can pass to the other side.
     pub fn transmits(&self) -> bool {
-        matches!(self, Self::Dielectric { .. } | Self::RoughDielectric(_))
+        match self {
+            Self::Dielectric { .. } | Self::RoughDielectric(_) => true,
+            Self::Custom(custom) => custom.transmits(),
+            _ => false,
+        }
     }
 
     /// The normal, turned to the side from which it is seen if both sides are alike.
@@ -109,6 +129,7 @@ impl Bsdf {
             Self::Diffuse { albedo } if n.dot(to_camera) > 0.0 && n.dot(to_light) > 0.0 => albedo * (1.0 / PI),
             Self::RoughConductor(rough) => rough.eval(n, to_camera, to_light),
             Self::RoughDielectric(rough) => rough.eval(n, to_camera, to_light),
+            Self::Custom(custom) => custom.eval(n, to_camera, to_light),
             Self::TwoSided(reflector) => Self::from(reflector).eval(self.facing(n, to_camera), to_camera, to_light),
             _ => Colour::ZERO,
         }
@@ -136,6 +157,7 @@ impl Bsdf {
             Self::Diffuse { .. } if n.dot(to_camera) > 0.0 => n.dot(to_light).max(0.0) * (1.0 / PI),
             Self::RoughConductor(rough) => rough.pdf(n, to_camera, to_light),
             Self::RoughDielectric(rough) => rough.pdf(n, to_camera, to_light),
+            Self::Custom(custom) => custom.pdf(n, to_camera, to_light),
             Self::TwoSided(reflector) => Self::from(reflector).pdf(self.facing(n, to_camera), to_camera, to_light),
             _ => 0.0,
         }
@@ -152,13 +174,15 @@ impl Bsdf {
     }
 
     /// ∂log f_r/∂to_camera and ∂log f_r/∂to_light per colour channel, as unconstrained vectors: for a direction ω to a point at a
-    /// distance d, the gradient with respect to that point is (I − ωωᵀ)/d times it. 0 where f_r does not depend on the direction, or is 0.
-    pub fn log_gradient(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> ([DVec3; 3], [DVec3; 3]) {
+    /// distance d, the gradient with respect to that point is (I − ωωᵀ)/d times it. 0 where f_r does not depend on the direction, or is 0. None: the host does not
+    /// tell.
+    pub fn log_gradient(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> Option<LogGradients> {
         match *self {
-            Self::RoughConductor(rough) => rough.log_gradient(n, to_camera, to_light),
-            Self::RoughDielectric(rough) => rough.log_gradient(n, to_camera, to_light),
+            Self::RoughConductor(rough) => Some(rough.log_gradient(n, to_camera, to_light)),
+            Self::RoughDielectric(rough) => Some(rough.log_gradient(n, to_camera, to_light)),
+            Self::Custom(custom) => custom.log_gradient(n, to_camera, to_light),
             Self::TwoSided(reflector) => Self::from(reflector).log_gradient(self.facing(n, to_camera), to_camera, to_light),
-            _ => ([DVec3::ZERO; 3], [DVec3::ZERO; 3]),
+            _ => Some(NO_GRADIENT),
         }
     }
 
@@ -179,13 +203,14 @@ impl Bsdf {
             Self::Conductor(metal) if cosine > 0.0 => Some(specular(reflect(n, to_camera), metal.fresnel(cosine), 1.0)),
             Self::RoughConductor(rough) => rough.sample(n, to_camera, u),
             Self::RoughDielectric(rough) => rough.sample(n, to_camera, u, lobe),
+            Self::Custom(custom) => custom.sample(n, to_camera, u, lobe),
             Self::TwoSided(reflector) => Self::from(reflector).sample(self.facing(n, to_camera), to_camera, u, lobe),
             _ => None,
         }
     }
 
     /// The numbers, `u` and `lobe`, from which [`Bsdf::sample`] makes `direction`; [`ANY`] where any will do, and of a lobe's numbers the
-    /// middle. None if there are none. A smooth surface takes it on trust that the direction is one that it makes.
+    /// middle. None if there are none, or only the host knows. A smooth surface takes it on trust that the direction is one that it makes.
     pub fn invert(&self, n: DVec3, to_camera: DVec3, direction: DVec3) -> Option<(DVec2, f64)> {
         let (cosine, beyond) = (n.dot(to_camera), n.dot(direction));
         let front = cosine > 0.0 && beyond > 0.0;

@@ -6,13 +6,8 @@
 
 use super::fresnel::{Conductor, Interface};
 use super::ggx::Ggx;
-use super::{BsdfSample, reflect};
+use super::{BsdfSample, LogGradients, NO_GRADIENT, reflect};
 use crate::math::{Colour, DVec2, DVec3};
-
-/// Log-derivatives by to_camera and to_light, per colour channel.
-type LogGradients = ([DVec3; 3], [DVec3; 3]);
-
-const NONE: LogGradients = ([DVec3::ZERO; 3], [DVec3::ZERO; 3]);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughConductor {
@@ -50,7 +45,7 @@ impl RoughConductor {
 
     pub fn log_gradient(&self, n: DVec3, c: DVec3, l: DVec3) -> LogGradients {
         if !front(n, c, l) {
-            return NONE;
+            return NO_GRADIENT;
         }
         let (by_c, by_l) = reflection_log_gradient(&self.ggx, n, c, l);
         let cosine = half_cosine(c, l);
@@ -133,7 +128,7 @@ impl RoughDielectric {
             let fresnel = interface.fresnel_derivative() / (interface.fresnel() * 4.0 * cosine);
             return ([by_c + fresnel * l; 3], [by_l + fresnel * c; 3]);
         }
-        let Some(pass) = Pass::new(n, c, l, eta) else { return NONE };
+        let Some(pass) = Pass::new(n, c, l, eta) else { return NO_GRADIENT };
         let by_h = self.ggx.density_log_gradient(n, pass.h);
         let by_k = pass.log_derivative();
         let side = |cosine: f64| self.ggx.masking_log_derivative(cosine) - 1.0 / cosine;

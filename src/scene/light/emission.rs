@@ -16,7 +16,7 @@ impl Light<'_> {
                 let (s, t) = orthonormal_basis(n);
                 s * d.x + t * d.y + n * sqrt((1.0 - d.length_squared()).max(0.0))
             }
-            (Self::Point { .. }, None) => direction_around(DVec3::Z, 1.0 - 2.0 * u.x, u.y),
+            (Self::Point { .. } | Self::CustomPoint { .. }, None) => direction_around(DVec3::Z, 1.0 - 2.0 * u.x, u.y),
             (Self::Spot { axis, falloff, .. }, None) => direction_around(*axis, 1.0 - (1.0 - falloff.cos_outer()) * u.x, u.y),
             _ => return None,
         };
@@ -28,7 +28,7 @@ impl Light<'_> {
     pub fn direction_density(&self, normal: Option<DVec3>, direction: DVec3) -> f64 {
         match (self, normal) {
             (_, Some(n)) => n.dot(direction).max(0.0) * (1.0 / PI),
-            (Self::Point { .. }, None) => 1.0 / (4.0 * PI),
+            (Self::Point { .. } | Self::CustomPoint { .. }, None) => 1.0 / (4.0 * PI),
             (Self::Spot { axis, falloff, .. }, None)
                 if falloff.cos_outer() < 1.0 && axis.dot(direction) >= falloff.cos_outer() =>
             {
@@ -43,6 +43,7 @@ impl Light<'_> {
         match self {
             Self::Environment { .. } => Some((direction_around(DVec3::Z, 1.0 - 2.0 * u.x, u.y), 1.0 / (4.0 * PI))),
             Self::EnvironmentMap(map) => map.sample(u),
+            Self::CustomSky(sky) => sky.sample(u),
             Self::Directional { direction, .. } => Some((-*direction, 1.0)),
             _ => None,
         }
@@ -53,6 +54,7 @@ impl Light<'_> {
         match self {
             Self::Environment { .. } => 1.0 / (4.0 * PI),
             Self::EnvironmentMap(map) => map.pdf(to_light),
+            Self::CustomSky(sky) => sky.pdf(to_light),
             _ => 0.0,
         }
     }

@@ -40,7 +40,7 @@ impl Light<'_> {
     }
 
     /// The numbers from which [`Light::sample_far`] makes the direction to a light at infinity; any for a directional light. None if it
-    /// never does.
+    /// never does, or only the host knows.
     pub fn invert_far(&self, to_light: DVec3) -> Option<DVec2> {
         match self {
             Self::Environment { .. } => Some(sphere_number(to_light)),

@@ -1,7 +1,8 @@
-//! Lights: what they emit, and sampling points or directions on them.
+//! Lights: what they emit, and sampling points or directions on them; and what of that the host computes.
 //!
 //! A light's own `direction` is the one in which its light travels, from the light to what it shines on.
 
+mod custom;
 mod distribution;
 mod emission;
 mod environment_map;
@@ -9,6 +10,7 @@ mod guide;
 mod invert;
 mod spot;
 
+pub use custom::{CustomProfile, CustomSky, ProfileFunction, SkyFunction};
 pub use distribution::{accumulate, leave_constant_sky_to_chance};
 pub use environment_map::{EnvironmentMap, running_sums, sums_length};
 pub use guide::{GUIDE_SIDE, Guide};
@@ -18,7 +20,7 @@ use crate::math::{Colour, DVec2, DVec3, direction_around, sqrt};
 use core::f64::consts::PI;
 use distribution::{number, pick, probability};
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Light<'a> {
     /// Radiance from the side that edge_u × edge_v points to.
     Parallelogram {
@@ -60,16 +62,23 @@ pub enum Light<'a> {
         intensity: Colour,
         falloff: Falloff,
     },
+    /// From all directions, infinitely far away.
+    CustomSky(CustomSky<'a>),
+    /// A point light with a profile.
+    CustomPoint {
+        position: DVec3,
+        profile: CustomProfile<'a>,
+    },
 }
 
 /// Where a light is seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub enum LightSample {
-    /// A point; `normal` (None for point and spot lights) and the density per area (1 for those).
+    /// A point; `normal` (None for lights without area) and the density per area (1 for those).
     Point { position: DVec3, normal: Option<DVec3>, pdf: f64 },
     /// A direction that nothing else can sample.
     Direction { to_light: DVec3 },
-    /// A direction to an environment map, and its density per steradian: 0 if the map is black.
+    /// A direction to an environment that is sampled by itself, and its density per steradian: 0 if that is black.
     Sky { to_light: DVec3, pdf: f64 },
     /// Any direction: a constant environment, which the caller samples as the scattering suggests.
     AnyDirection,
@@ -78,12 +87,12 @@ pub enum LightSample {
 impl Light<'_> {
     /// Whether it shines from all directions, infinitely far away.
     pub fn is_environment(&self) -> bool {
-        matches!(self, Self::Environment { .. } | Self::EnvironmentMap(_))
+        matches!(self, Self::Environment { .. } | Self::EnvironmentMap(_) | Self::CustomSky(_))
     }
 
     /// Whether what a fixed point of it emits depends on the direction.
     pub fn has_profile(&self) -> bool {
-        matches!(self, Self::Spot { .. })
+        matches!(self, Self::Spot { .. } | Self::CustomPoint { .. })
     }
 
     /// Radiance, intensity or irradiance along the unit vector `direction` in which the light travels, away from it. An area light's
@@ -98,16 +107,21 @@ impl Light<'_> {
             Self::Point { intensity, .. } => intensity,
             Self::Spot { axis, intensity, falloff, .. } => intensity * falloff.at(axis.dot(direction)),
             Self::EnvironmentMap(map) => map.radiance(-direction),
+            Self::CustomSky(sky) => sky.radiance(-direction),
+            Self::CustomPoint { profile, .. } => profile.intensity(direction),
         }
     }
 
     /// ∂log emission/∂direction per colour channel, as unconstrained vectors: for a direction ω that ends at a distance d, the gradient
     /// with respect to that end is (I − ωωᵀ)/d times it. 0 where the emission does not depend on the direction, or is 0.
-    pub fn log_gradient(&self, direction: DVec3) -> [DVec3; 3] {
+    /// None: the host does not tell.
+    pub fn log_gradient(&self, direction: DVec3) -> Option<[DVec3; 3]> {
         match *self {
-            Self::Spot { axis, falloff, .. } => [falloff.log_gradient(axis, direction); 3],
-            Self::EnvironmentMap(map) => map.log_gradient(-direction).map(|g| -g),
-            _ => [DVec3::ZERO; 3],
+            Self::Spot { axis, falloff, .. } => Some([falloff.log_gradient(axis, direction); 3]),
+            Self::EnvironmentMap(map) => Some(map.log_gradient(-direction).map(|g| -g)),
+            Self::CustomSky(_) => None,
+            Self::CustomPoint { profile, .. } => profile.log_gradient(direction),
+            _ => Some([DVec3::ZERO; 3]),
         }
     }
 
@@ -125,6 +139,7 @@ impl Light<'_> {
     pub fn direction_pdf(&self, direction: DVec3) -> f64 {
         match self {
             Self::EnvironmentMap(map) => map.pdf(-direction),
+            Self::CustomSky(sky) => sky.pdf(-direction),
             _ => 0.0,
         }
     }
@@ -145,11 +160,15 @@ impl Light<'_> {
             }
             Self::Environment { .. } => LightSample::AnyDirection,
             Self::Directional { direction, .. } => LightSample::Direction { to_light: -direction },
-            Self::Point { position, .. } | Self::Spot { position, .. } => {
+            Self::Point { position, .. } | Self::Spot { position, .. } | Self::CustomPoint { position, .. } => {
                 LightSample::Point { position, normal: None, pdf: 1.0 }
             }
             Self::EnvironmentMap(map) => {
                 let (to_light, pdf) = map.sample(u).unwrap_or((DVec3::Z, 0.0));
+                LightSample::Sky { to_light, pdf }
+            }
+            Self::CustomSky(sky) => {
+                let (to_light, pdf) = sky.sample(u).unwrap_or((DVec3::Z, 0.0));
                 LightSample::Sky { to_light, pdf }
             }
         }

@@ -1,0 +1,123 @@
+//! Tables of functions by which a host computes its own materials, phase functions and lights; those of densities are in types.rs.
+//!
+//! Their layouts may grow at the end: struct_size tells.
+
+use crate::math::{Rgb, Vec3};
+use core::ffi::c_void;
+
+/// `volgrad_custom_bsdf.flags`: light passes to the other side.
+pub const VOLGRAD_BSDF_TRANSMITS: u32 = 1;
+
+/// Computes f_r, 1/sr, per channel, without the cosine: of light that comes from the direction `to_light` and goes to `to_camera`.
+/// `*value` comes as 0. f_r is the same with the two exchanged, except that refraction scales it: see `volgrad_custom_bsdf`.
+pub type volgrad_bsdf_eval_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, to_light: Vec3, value: *mut Rgb)>;
+
+/// Returns the density, 1/sr, with which the sample function makes `to_light`: positive wherever f_r is, and exact, or images are biased.
+pub type volgrad_bsdf_pdf_fn = Option<unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, to_light: Vec3) -> f32>;
+
+/// Makes a direction `*to_light` of unit length from three uniform numbers `u[3]` in (0, 1), and nothing else: the same numbers make the same
+/// direction. `*eta_squared` comes as 1; if the direction is a refracted one, it becomes the square of (index of refraction on its side over that on the
+/// side of `to_camera`). Returns 1, or 0 if nothing is scattered.
+pub type volgrad_bsdf_sample_fn = Option<
+    unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, u: *const f64, to_light: *mut Vec3, eta_squared: *mut f32) -> i32,
+>;
+
+/// Computes the derivatives of log f_r by the components of `to_camera` and of `to_light`, per channel: `by_camera[3]`, `by_light[3]`, which
+/// come as 0. Parts along the directions themselves do not matter. Called where f_r > 0.
+pub type volgrad_bsdf_gradient_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, to_light: Vec3, by_camera: *mut Vec3, by_light: *mut Vec3)>;
+
+/// A BSDF that the host computes (`VOLGRAD_MATERIAL_CUSTOM`). Directions are unit vectors away from the surface, in its own frame: z is its
+/// normal; x and y are some axes across it that are the same for equal normals, so the BSDF must be isotropic. Both have z > 0, unless it
+/// transmits; turned to the other side if the material is `VOLGRAD_MATERIAL_TWO_SIDED`.
+///
+/// It is a function of the directions alone, and not specular. Where light is refracted, f_r is that of radiance: smaller by
+/// eta_squared on the way in, f_r(a, b)/f_r(b, a) = (index of refraction on b's side over that on a's)^-2.
+///
+/// The functions must not throw or longjmp; they are called by all threads that use the scene, several at a time; the same arguments
+/// always have the same result. Values that are NaN, infinite or negative count as 0, and are counted: `volgrad_scene_dropped_values`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_custom_bsdf {
+    /// `sizeof(volgrad_custom_bsdf)` of the caller.
+    pub struct_size: u32,
+    /// `VOLGRAD_BSDF_TRANSMITS` or 0. A material that transmits is not `VOLGRAD_MATERIAL_TWO_SIDED`.
+    pub flags: u32,
+    /// Passed back as the functions' first argument. Must outlive the scene.
+    pub user: *mut c_void,
+    pub eval: volgrad_bsdf_eval_fn,
+    pub pdf: volgrad_bsdf_pdf_fn,
+    pub sample: volgrad_bsdf_sample_fn,
+    /// May be NULL. Only the gradients of a path need it, where a vertex beside one on this material moves: they say
+    /// `VOLGRAD_ERROR_NO_GRADIENT` then. No mode of shifts does.
+    pub log_gradient: volgrad_bsdf_gradient_fn,
+}
+
+/// Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral over the
+/// sphere, 2 pi times that over mu, is 1.
+pub type volgrad_phase_eval_fn = Option<unsafe extern "C" fn(user: *mut c_void, mu: f64) -> f64>;
+
+/// Returns a cosine mu in [-1, 1] from a uniform number `u` in (0, 1), and nothing else. Its density is 2 pi times the value, exactly, or
+/// images are biased.
+pub type volgrad_phase_sample_fn = Option<unsafe extern "C" fn(user: *mut c_void, u: f64) -> f64>;
+
+/// Returns the derivative of the value's logarithm by mu.
+pub type volgrad_phase_log_derivative_fn = Option<unsafe extern "C" fn(user: *mut c_void, mu: f64) -> f64>;
+
+/// A phase function that the host computes (`VOLGRAD_PHASE_CUSTOM`): of the angle of deflection alone. Threads, and values that are none,
+/// as for `volgrad_custom_bsdf`; where no cosine comes back the path ends.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_custom_phase {
+    /// `sizeof(volgrad_custom_phase)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// Passed back as the functions' first argument. Must outlive the scene.
+    pub user: *mut c_void,
+    pub eval: volgrad_phase_eval_fn,
+    pub sample: volgrad_phase_sample_fn,
+    /// May be NULL. Gradients of paths, and batches of the modes FIRST_ORDER, HALF_ORDER, LOG_LINEAR and THESIS need it: they say
+    /// `VOLGRAD_ERROR_NO_GRADIENT` then. All other modes do without.
+    pub log_derivative: volgrad_phase_log_derivative_fn,
+}
+
+/// Computes what a light emits, which is not negative: a sky's radiance from the unit vector `direction` towards it; a point light's intensity
+/// along the unit vector `direction` away from it. World axes. `*value` comes as 0.
+pub type volgrad_light_emission_fn = Option<unsafe extern "C" fn(user: *mut c_void, direction: Vec3, value: *mut Rgb)>;
+
+/// Returns the density, 1/sr, with which the sample function makes the direction `to_sky`: positive wherever the radiance is, and exact, or
+/// images are biased.
+pub type volgrad_light_pdf_fn = Option<unsafe extern "C" fn(user: *mut c_void, to_sky: Vec3) -> f32>;
+
+/// Makes a direction `*to_sky` of unit length from two uniform numbers `u[2]` in (0, 1), and nothing else. Returns 1, or 0 if the sky is black.
+pub type volgrad_light_sample_fn = Option<unsafe extern "C" fn(user: *mut c_void, u: *const f64, to_sky: *mut Vec3) -> i32>;
+
+/// Computes the derivatives of the logarithm of a point light's intensity by the components of `direction`, per channel, `gradient[3]`, which
+/// comes as 0. The part along the direction itself does not matter. Called where the intensity is > 0.
+pub type volgrad_light_gradient_fn = Option<unsafe extern "C" fn(user: *mut c_void, direction: Vec3, gradient: *mut Vec3)>;
+
+/// A light that the host computes: `VOLGRAD_LIGHT_CUSTOM_SKY`, `VOLGRAD_LIGHT_CUSTOM_POINT`. Threads, and values that are none, as for
+/// `volgrad_custom_bsdf`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_custom_light {
+    /// `sizeof(volgrad_custom_light)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// Passed back as the functions' first argument. Must outlive the scene.
+    pub user: *mut c_void,
+    pub emission: volgrad_light_emission_fn,
+    /// Sky: both. Point: unused, its subpaths leave it in all directions alike (and guided ones where they carry most).
+    pub pdf: volgrad_light_pdf_fn,
+    pub sample: volgrad_light_sample_fn,
+    /// Point; may be NULL. Only the gradients of a path need it, of a vertex beside the light: they say `VOLGRAD_ERROR_NO_GRADIENT` then. No
+    /// mode of shifts does.
+    pub log_gradient: volgrad_light_gradient_fn,
+}
+
+#[cfg(target_pointer_width = "64")]
+const _: () = {
+    assert!(size_of::<volgrad_custom_bsdf>() == 48 && size_of::<volgrad_custom_phase>() == 40);
+    assert!(size_of::<volgrad_custom_light>() == 48);
+};

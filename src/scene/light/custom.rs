@@ -1,0 +1,79 @@
+//! Light that the host computes: a sky, and the profile of a point light. What is no value (NaN, infinite, negative) counts as 0.
+
+use crate::math::{Colour, DVec2, DVec3};
+use core::fmt::Debug;
+
+/// Light from infinitely far away, by the unit vector to where it comes from.
+pub trait SkyFunction: Debug + Sync {
+    fn radiance(&self, to_sky: DVec3) -> Colour;
+
+    /// Density of [`SkyFunction::sample`], per steradian: positive wherever the radiance is.
+    fn pdf(&self, to_sky: DVec3) -> f64;
+
+    /// A direction from two uniform numbers in (0, 1). None: no light comes from anywhere.
+    fn sample(&self, u: DVec2) -> Option<DVec3>;
+}
+
+/// What a point light sends along a unit vector away from it. Subpaths leave it in all directions alike.
+pub trait ProfileFunction: Debug + Sync {
+    fn intensity(&self, direction: DVec3) -> Colour;
+
+    /// ∂log intensity/∂direction, as [`super::Light::log_gradient`] has it, where there is any. None: not known.
+    fn log_gradient(&self, direction: DVec3) -> Option<[DVec3; 3]>;
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct CustomSky<'a> {
+    pub function: &'a dyn SkyFunction,
+    /// A factor.
+    pub scale: Colour,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct CustomProfile<'a> {
+    pub function: &'a dyn ProfileFunction,
+    /// A factor.
+    pub scale: Colour,
+}
+
+/// A vector that is not of unit length within this is no direction.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+impl CustomSky<'_> {
+    /// Whether a host's vector has unit length.
+    pub fn is_direction(v: DVec3) -> bool {
+        (v.length() - 1.0).abs() < UNIT_TOLERANCE
+    }
+
+    pub fn radiance(&self, to_sky: DVec3) -> Colour {
+        self.scale * value(self.function.radiance(to_sky))
+    }
+
+    pub fn pdf(&self, to_sky: DVec3) -> f64 {
+        let pdf = self.function.pdf(to_sky);
+        if pdf > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// A direction to the sky and its density per steradian; None if there is none.
+    pub fn sample(&self, u: DVec2) -> Option<(DVec3, f64)> {
+        let to_sky = self.function.sample(u).filter(|v| Self::is_direction(*v))?.normalize();
+        let pdf = self.pdf(to_sky);
+        (pdf > 0.0).then_some((to_sky, pdf))
+    }
+}
+
+impl CustomProfile<'_> {
+    pub fn intensity(&self, direction: DVec3) -> Colour {
+        self.scale * value(self.function.intensity(direction))
+    }
+
+    /// None: the host does not know it. 0 where it is not finite.
+    pub fn log_gradient(&self, direction: DVec3) -> Option<[DVec3; 3]> {
+        let gradient = self.function.log_gradient(direction)?;
+        Some(gradient.map(|g| if g.is_finite() { g } else { DVec3::ZERO }))
+    }
+}
+
+fn value(value: Colour) -> Colour {
+    if value.is_finite() && value.min_element() >= 0.0 { value } else { Colour::ZERO }
+}
