@@ -142,6 +142,13 @@
 
 #define VOLGRAD_MEDIUM_CUSTOM 2
 
+#define VOLGRAD_MEDIUM_SPARSE_GRID 3
+
+// Cells along a side of a sparse grid's brick, and samples of a block: (`VOLGRAD_BRICK_SIDE` + 1)^3.
+#define VOLGRAD_BRICK_SIDE 8
+
+#define VOLGRAD_BLOCK_SAMPLES 729
+
 #define VOLGRAD_MATERIAL_DIFFUSE 0
 
 #define VOLGRAD_MATERIAL_MIRROR 1
@@ -697,34 +704,6 @@ typedef struct volgrad_camera {
   float focal_distance;
 } volgrad_camera;
 
-// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
-// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
-// as 0, and are counted: `volgrad_scene_dropped_densities`.
-typedef void (*volgrad_density_fn)(void *user, const struct volgrad_vec3 *points, float *densities, uint32_t count);
-
-// Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
-typedef void (*volgrad_density_gradient_fn)(void *user, const struct volgrad_vec3 *points, struct volgrad_vec3 *gradients, uint32_t count);
-
-// A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
-//
-// The optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
-// and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
-// gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
-// line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
-typedef struct volgrad_custom_density {
-  // `sizeof(volgrad_custom_density)` of the caller.
-  uint32_t struct_size;
-  uint32_t reserved;
-  // Passed back as the callbacks' first argument.
-  void *user;
-  volgrad_density_fn density;
-  volgrad_density_gradient_fn gradient;
-  // World units, > 0; not below about a millionth of the box.
-  float step;
-  // At least as large as every density in the box. Only ratio tracking uses it.
-  float majorant;
-} volgrad_custom_density;
-
 // A participating medium: extinction `sigma_t * density(x)`, scattering `albedo *` that.
 typedef struct volgrad_medium {
   // `VOLGRAD_MEDIUM_*`.
@@ -738,13 +717,14 @@ typedef struct volgrad_medium {
   // unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
   // Borrowed: must outlive the scene. NULL for other kinds.
   const float *density;
+  // Grid and sparse grid: samples along each axis.
   uint32_t nx;
   uint32_t ny;
   uint32_t nz;
-  // Grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
+  // Grid, sparse grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
   float local_to_world[12];
-  // Custom: the density. Borrowed: must outlive the scene. NULL for other kinds.
-  const struct volgrad_custom_density *custom;
+  // Custom: a `volgrad_custom_density`. Sparse grid: a `volgrad_sparse_grid`. Borrowed: must outlive the scene. NULL for other kinds.
+  const void *custom;
 } volgrad_medium;
 
 // A surface's BSDF. All but dielectrics are one-sided, unless `flags` says otherwise: black from behind (against the geometric normal).
@@ -848,6 +828,50 @@ typedef struct volgrad_transmittance_estimate {
   // Points at which a density was computed.
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
+
+// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
+// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
+// as 0, and are counted: `volgrad_scene_dropped_densities`.
+typedef void (*volgrad_density_fn)(void *user, const struct volgrad_vec3 *points, float *densities, uint32_t count);
+
+// Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
+typedef void (*volgrad_density_gradient_fn)(void *user, const struct volgrad_vec3 *points, struct volgrad_vec3 *gradients, uint32_t count);
+
+// A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
+//
+// The optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
+// and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
+// gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
+// line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
+typedef struct volgrad_custom_density {
+  // `sizeof(volgrad_custom_density)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Passed back as the callbacks' first argument.
+  void *user;
+  volgrad_density_fn density;
+  volgrad_density_gradient_fn gradient;
+  // World units, > 0; not below about a millionth of the box.
+  float step;
+  // At least as large as every density in the box. Only ratio tracking uses it.
+  float majorant;
+} volgrad_custom_density;
+
+// The samples of a sparse grid. They mean what those of a grid of nx*ny*nz samples mean, and give the same results bit for bit; but only
+// one block is stored of all bricks that are alike, those without any density above all.
+//
+// Brick (i, j, k), i < (nx + 8)/8, j < (ny + 8)/8, k < (nz + 8)/8 (rounded down), is the cells between samples 8 i - 1 and 8 i + 7 along x,
+// likewise y and z. Its block holds these 9*9*9 samples, x fastest; a sample that would be outside the grid is the nearest one inside.
+typedef struct volgrad_sparse_grid {
+  // `sizeof(volgrad_sparse_grid)` of the caller.
+  uint32_t struct_size;
+  uint32_t block_count;
+  // For each brick, x fastest, the number of its block, below block_count. Borrowed: must outlive the scene.
+  const uint32_t *blocks;
+  // block_count blocks of `VOLGRAD_BLOCK_SAMPLES` densities, finite, not negative. Blocks of neighbours share a layer of samples,
+  // which have to be equal. Borrowed: must outlive the scene.
+  const float *density;
+} volgrad_sparse_grid;
 
 
 

@@ -74,11 +74,12 @@ impl DensityField for Field {
 /// As the header says of `custom`.
 pub(super) unsafe fn field(m: &volgrad_medium, i: usize) -> Result<Field, Fault> {
     // SAFETY: the caller's promise, here and below.
-    let checked = unsafe { sized(m.custom) }.map_err(|s| s.at(c"media.custom", i))?;
+    let custom = m.custom.cast::<volgrad_custom_density>();
+    let checked = unsafe { sized(custom) }.map_err(|s| s.at(c"media.custom", i))?;
     if checked.density.is_none() || checked.gradient.is_none() {
         return Err(VOLGRAD_ERROR_NULL.at(c"media.custom.density, media.custom.gradient", i));
     }
-    Ok(Field { host: unsafe { reference(m.custom) }?, dropped: AtomicU64::new(0) })
+    Ok(Field { host: unsafe { reference(custom) }?, dropped: AtomicU64::new(0) })
 }
 
 /// The density of medium `i`.

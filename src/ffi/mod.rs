@@ -11,6 +11,7 @@ mod chains;
 mod convert;
 mod custom;
 mod films;
+mod grids;
 mod guides;
 #[cfg(feature = "exr")]
 mod images;

@@ -22,6 +22,7 @@ OFFSET(volgrad_medium, density, 40);
 OFFSET(volgrad_medium, local_to_world, 60);
 OFFSET(volgrad_medium, custom, 112);
 SIZE(volgrad_custom_density, 40);
+SIZE(volgrad_sparse_grid, 24);
 SIZE(volgrad_material, 64);
 OFFSET(volgrad_material, eta, 20);
 OFFSET(volgrad_material, custom, 56);
