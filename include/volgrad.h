@@ -148,6 +148,13 @@
 
 #define VOLGRAD_MEDIUM_CUSTOM 2
 
+#define VOLGRAD_MEDIUM_SPARSE_GRID 3
+
+// Cells along a side of a sparse grid's brick, and samples of a block: (`VOLGRAD_BRICK_SIDE` + 1)^3.
+#define VOLGRAD_BRICK_SIDE 8
+
+#define VOLGRAD_BLOCK_SAMPLES 729
+
 #define VOLGRAD_MATERIAL_DIFFUSE 0
 
 #define VOLGRAD_MATERIAL_MIRROR 1
@@ -176,6 +183,12 @@
 #define VOLGRAD_LIGHT_SPOT 6
 
 #define VOLGRAD_LIGHT_ENVIRONMENT_MAP 7
+
+// Radiance from infinitely far away, as the host computes it.
+#define VOLGRAD_LIGHT_CUSTOM_SKY 8
+
+// A point light whose profile the host computes.
+#define VOLGRAD_LIGHT_CUSTOM_POINT 9
 
 // The result of every fallible function. On an error all outputs are untouched, unless the function says otherwise.
 enum volgrad_status
@@ -232,6 +245,9 @@ typedef enum volgrad_status volgrad_status;
 typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+// What a vertex is.
+typedef struct Kind Kind;
 
 // A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
 typedef struct volgrad_chain volgrad_chain;
@@ -563,6 +579,8 @@ typedef struct volgrad_vertex {
   // Shading normal; this version reads the geometric one only. Set both alike.
   struct volgrad_vec3 shading_normal;
 } volgrad_vertex;
+// Where there is none: nothing comes from there.
+#define volgrad_vertex_NONE (volgrad_vertex){ .kind = Kind_Camera, .position = DVec3_ZERO }
 
 // A light path `x_0 ... x_k`, from the camera to a light. Null (index-matched) surfaces are no vertices.
 typedef struct volgrad_path {
@@ -707,34 +725,6 @@ typedef struct volgrad_camera {
   float focal_distance;
 } volgrad_camera;
 
-// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
-// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
-// as 0, and are counted: `volgrad_scene_dropped_densities`.
-typedef void (*volgrad_density_fn)(void *user, const struct volgrad_vec3 *points, float *densities, uint32_t count);
-
-// Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
-typedef void (*volgrad_density_gradient_fn)(void *user, const struct volgrad_vec3 *points, struct volgrad_vec3 *gradients, uint32_t count);
-
-// A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
-//
-// The optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
-// and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
-// gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
-// line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
-typedef struct volgrad_custom_density {
-  // `sizeof(volgrad_custom_density)` of the caller.
-  uint32_t struct_size;
-  uint32_t reserved;
-  // Passed back as the callbacks' first argument. Must outlive the scene.
-  void *user;
-  volgrad_density_fn density;
-  volgrad_density_gradient_fn gradient;
-  // World units, > 0; not below about a millionth of the box.
-  float step;
-  // At least as large as every density in the box. Only ratio tracking uses it.
-  float majorant;
-} volgrad_custom_density;
-
 // A participating medium: extinction `sigma_t * density(x)`, scattering `albedo *` that.
 typedef struct volgrad_medium {
   // `VOLGRAD_MEDIUM_*`.
@@ -750,13 +740,15 @@ typedef struct volgrad_medium {
   // unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
   // Borrowed: must outlive the scene. NULL for other kinds.
   const float *density;
+  // Grid and sparse grid: samples along each axis.
   uint32_t nx;
   uint32_t ny;
   uint32_t nz;
-  // Grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
+  // Grid, sparse grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
   float local_to_world[12];
-  // Custom: the density; read by `volgrad_scene_init`. NULL for other kinds.
-  const struct volgrad_custom_density *custom;
+  // Custom: a `volgrad_custom_density`, read by `volgrad_scene_init`. Sparse grid: a `volgrad_sparse_grid`, likewise; what that points to is
+  // borrowed: must outlive the scene. NULL for other kinds.
+  const void *custom;
 } volgrad_medium;
 
 // Computes f_r, 1/sr, per channel, without the cosine: of light that comes from the direction `to_light` and goes to `to_camera`.
@@ -828,6 +820,38 @@ typedef struct volgrad_material {
   const struct volgrad_custom_bsdf *custom;
 } volgrad_material;
 
+// Computes what a light emits, which is not negative: a sky's radiance from the unit vector `direction` towards it; a point light's intensity
+// along the unit vector `direction` away from it. World axes. `*value` comes as 0.
+typedef void (*volgrad_light_emission_fn)(void *user, struct volgrad_vec3 direction, struct volgrad_rgb *value);
+
+// Returns the density, 1/sr, with which the sample function makes the direction `to_sky`: positive wherever the radiance is, and exact, or
+// images are biased.
+typedef float (*volgrad_light_pdf_fn)(void *user, struct volgrad_vec3 to_sky);
+
+// Makes a direction `*to_sky` of unit length from two uniform numbers `u[2]` in (0, 1), and nothing else. Returns 1, or 0 if the sky is black.
+typedef int32_t (*volgrad_light_sample_fn)(void *user, const double *u, struct volgrad_vec3 *to_sky);
+
+// Computes the derivatives of the logarithm of a point light's intensity by the components of `direction`, per channel, `gradient[3]`, which
+// comes as 0. The part along the direction itself does not matter. Called where the intensity is > 0.
+typedef void (*volgrad_light_gradient_fn)(void *user, struct volgrad_vec3 direction, struct volgrad_vec3 *gradient);
+
+// A light that the host computes: `VOLGRAD_LIGHT_CUSTOM_SKY`, `VOLGRAD_LIGHT_CUSTOM_POINT`. Threads, and values that are none, as for
+// `volgrad_custom_bsdf`.
+typedef struct volgrad_custom_light {
+  // `sizeof(volgrad_custom_light)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Passed back as the functions' first argument. Must outlive the scene.
+  void *user;
+  volgrad_light_emission_fn emission;
+  // Sky: both. Point: unused, its subpaths leave it in all directions alike (and guided ones where they carry most).
+  volgrad_light_pdf_fn pdf;
+  volgrad_light_sample_fn sample;
+  // Point; may be NULL. Only the gradients of a path need it, of a vertex beside the light: they say `VOLGRAD_ERROR_NO_GRADIENT` then. No
+  // mode of shifts does.
+  volgrad_light_gradient_fn log_gradient;
+} volgrad_custom_light;
+
 // A light. Area lights emit from the side that their normal points to, and are opaque surfaces that the host's ray queries return.
 typedef struct volgrad_light {
   // `VOLGRAD_LIGHT_*`.
@@ -836,13 +860,13 @@ typedef struct volgrad_light {
   // Subpaths from the light start in it; an area light must not cross a medium's boundary. Unused by lights at infinity.
   uint32_t medium;
   // Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
-  // its inner cone. Environment map: factor on its image. Not negative.
+  // its inner cone. Environment map: factor on its image. Custom: factor on what the host computes. Not negative.
   struct volgrad_rgb emission;
   // Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
-  // lights, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
+  // lights, custom ones too, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
   // light has one: paths that go on find the sky as well.
   float sampling_weight;
-  // Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
+  // Parallelogram, triangle: a corner. Sphere: centre. Point, custom or not, and spot: position.
   struct volgrad_vec3 position;
   // Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
   // Environment map: its x and y axes in the world; y is up.
@@ -863,8 +887,8 @@ typedef struct volgrad_light {
   const float *image;
   uint32_t image_width;
   uint32_t image_height;
-  // Reserved for callback lights; NULL.
-  const void *custom;
+  // Custom: the light; read by `volgrad_scene_init`. NULL for other kinds.
+  const struct volgrad_custom_light *custom;
 } volgrad_light;
 
 // Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral over the
@@ -904,7 +928,7 @@ typedef struct volgrad_scene_desc {
   struct volgrad_camera camera;
   const struct volgrad_medium *media;
   const struct volgrad_material *materials;
-  // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
+  // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`, `VOLGRAD_LIGHT_ENVIRONMENT_MAP` or `VOLGRAD_LIGHT_CUSTOM_SKY`.
   const struct volgrad_light *lights;
   // A sphere around all surfaces, null ones included; its radius in world units, >= 0. Radius 0: unknown; then light subpaths
   // start from no light at infinity.
@@ -939,6 +963,50 @@ typedef struct volgrad_transmittance_estimate {
   // Points at which a density was computed.
   uint32_t evaluations;
 } volgrad_transmittance_estimate;
+
+// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
+// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
+// as 0, and are counted: `volgrad_scene_dropped_densities`.
+typedef void (*volgrad_density_fn)(void *user, const struct volgrad_vec3 *points, float *densities, uint32_t count);
+
+// Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
+typedef void (*volgrad_density_gradient_fn)(void *user, const struct volgrad_vec3 *points, struct volgrad_vec3 *gradients, uint32_t count);
+
+// A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
+//
+// The optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
+// and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
+// gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
+// line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
+typedef struct volgrad_custom_density {
+  // `sizeof(volgrad_custom_density)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Passed back as the callbacks' first argument. Must outlive the scene.
+  void *user;
+  volgrad_density_fn density;
+  volgrad_density_gradient_fn gradient;
+  // World units, > 0; not below about a millionth of the box.
+  float step;
+  // At least as large as every density in the box. Only ratio tracking uses it.
+  float majorant;
+} volgrad_custom_density;
+
+// The samples of a sparse grid. They mean what those of a grid of nx*ny*nz samples mean, and give the same results bit for bit; but only
+// one block is stored of all bricks that are alike, those without any density above all.
+//
+// Brick (i, j, k), i < (nx + 8)/8, j < (ny + 8)/8, k < (nz + 8)/8 (rounded down), is the cells between samples 8 i - 1 and 8 i + 7 along x,
+// likewise y and z. Its block holds these 9*9*9 samples, x fastest; a sample that would be outside the grid is the nearest one inside.
+typedef struct volgrad_sparse_grid {
+  // `sizeof(volgrad_sparse_grid)` of the caller.
+  uint32_t struct_size;
+  uint32_t block_count;
+  // For each brick, x fastest, the number of its block, below block_count. Borrowed: must outlive the scene.
+  const uint32_t *blocks;
+  // block_count blocks of `VOLGRAD_BLOCK_SAMPLES` densities, finite, not negative. Blocks of neighbours share a layer of samples,
+  // which have to be equal. Borrowed: must outlive the scene.
+  const float *density;
+} volgrad_sparse_grid;
 
 
 
@@ -1083,7 +1151,7 @@ volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
 // have counted by now.
 volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene, uint64_t *dropped);
 
-// The same of the scene's custom materials and phase functions: values and densities that were NaN, infinite or negative, sampled directions
+// The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled directions
 // that were no unit vectors and cosines beyond 1, derivatives that were not finite.
 volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene,
                                             uint64_t *dropped);

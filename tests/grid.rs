@@ -1,5 +1,5 @@
 //! Density grids: samples at cell centres, clamped in the outermost half cells, 0 outside the box; constant ones are homogeneous;
-//! bricks only save time.
+//! bricks only save time, and sparse grids only memory.
 
 mod common;
 mod reference;
@@ -173,5 +173,48 @@ fn bricks_change_nothing() {
                 other => panic!("edge {n}: {other:?}"),
             }
         }
+    }
+}
+
+/// A grid that is empty beyond its low quarter, in a box that cuts bricks.
+fn small_cloud_in_a_large_box(rng: &mut Pcg64) -> Grid {
+    let resolution = [61, 45, 50];
+    let full = |i: usize| i % 61 < 16 && i / 61 % 45 < 13 && i / 61 / 45 < 11;
+    let samples = (0..61 * 45 * 50).map(|i| if full(i) { uniform(rng, 0.0, 90.0) } else { 0.0 }).collect();
+    Grid { resolution, samples, to_world: UNIT_CUBE }
+}
+
+/// Sparse or dense, it is the same walk over the same cells: all answers have the same bits.
+#[test]
+fn sparse_grids_are_the_same() {
+    let mut rng = generator(6);
+    let mut grids = vec![small_cloud_in_a_large_box(&mut rng)];
+    for to_world in [UNIT_CUBE, sheared()] {
+        grids.extend([large_grid(&mut rng, to_world), layered_grid(&mut rng, to_world)]);
+    }
+    for (i, grid) in grids.into_iter().enumerate() {
+        let medium = heterogeneous(CHROMATIC, grid);
+        let (dense, sparse) = (HostMedium::new(&medium, Bricks::Built), HostMedium::new(&medium, Bricks::Sparse));
+        let (dense, sparse) = (dense.view().density, sparse.view().density);
+        let mut hits = 0;
+        for n in 0..1000 {
+            let [a, b] = [0; 2].map(|_| vec(random_vector(&mut rng, -0.6, 1.4)));
+            // Every third through samples, walls and corners of cells.
+            let a = if n % 3 == 0 { (a * 16.0).round() / 16.0 } else { a };
+            let direction = if n % 5 == 0 { DVec3::AXES[n % 3] } else { (b - a).normalize() };
+            let stretch = Stretch { origin: a, direction, start: 0.0, end: (b - a).length() };
+            assert_eq!(dense.at(a).to_bits(), sparse.at(a).to_bits(), "grid {i}, {a}");
+            assert_eq!(dense.is_positive(a), sparse.is_positive(a), "grid {i}, {a}");
+            assert_eq!(dense.gradient(a), sparse.gradient(a), "grid {i}, {a}");
+            let moments = dense.moments(&stretch);
+            assert_eq!(moments, sparse.moments(&stretch), "grid {i}, {stretch:?}");
+            let target = uniform(&mut rng, 0.0, 1.0) * moments.integral;
+            assert_eq!(dense.invert(&stretch, target), sparse.invert(&stretch, target), "grid {i}, {stretch:?}");
+            let extents =
+                [dense, sparse].map(|d| d.extent(&stretch).map(|e| [e.start, e.end, e.at_start, e.at_end, e.min, e.max]));
+            assert_eq!(extents[0], extents[1], "grid {i}, {stretch:?}");
+            hits += usize::from(moments.integral > 0.0);
+        }
+        assert!(hits > 20, "grid {i}: {hits}");
     }
 }

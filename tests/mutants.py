@@ -275,6 +275,20 @@ MUTANTS = [
         "is_some_and(|brick| brick.min >= 0.0)",
         "grid where_a_density_is_surely_positive",
     ),
+    Mutant(
+        "a sparse grid's cell is one further in its block",
+        "src/medium/walk.rs",
+        "cell.map(|c| c % side)",
+        "cell.map(|c| (c + 1) % side)",
+        "grid sparse_grids_are_the_same",
+    ),
+    Mutant(
+        "a block's bounds are those of the block before",
+        "src/medium/blocks.rs",
+        "if number == block => known",
+        "if number + 1 == block => known",
+        "grid sparse_grids_are_the_same",
+    ),
     # Tiles.
     Mutant(
         "tiles: no Jacobian",

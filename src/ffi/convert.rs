@@ -123,25 +123,19 @@ pub fn phase(p: &volgrad_phase, place: Place) -> Result<Phase, Fault> {
 
 /// The colours of medium `i`.
 pub fn medium(m: &volgrad_medium, i: usize) -> Result<(Colour, Colour), Fault> {
-    if m.kind != VOLGRAD_MEDIUM_CUSTOM && !m.custom.is_null() {
+    if !matches!(m.kind, VOLGRAD_MEDIUM_CUSTOM | VOLGRAD_MEDIUM_SPARSE_GRID) && !m.custom.is_null() {
         return Place(c"media: a reserved field", i).range();
     }
     Ok((Place(c"media.sigma_t", i).colour(m.sigma_t, not_negative)?, Place(c"media.albedo", i).colour(m.albedo, share)?))
 }
 
-/// Number of samples of a grid, and its size as the core counts.
-pub fn grid_size(m: &volgrad_medium, i: usize) -> Result<(usize, [i32; 3]), Fault> {
-    let place = Place(c"media.nx, media.ny, media.nz", i);
+/// Samples of a grid along each axis, as the core counts.
+pub fn grid_size(m: &volgrad_medium, i: usize) -> Result<[i32; 3], Fault> {
     let size = [m.nx, m.ny, m.nz];
     if size.iter().any(|n| *n == 0 || *n > MAX_GRID_SIDE) {
-        return place.range();
+        return Place(c"media.nx, media.ny, media.nz", i).range();
     }
-    let samples = size.iter().try_fold(1usize, |product, n| product.checked_mul(*n as usize));
-    match samples {
-        // Indices inside a grid are products of i32s.
-        Some(samples) if samples <= i32::MAX as usize => Ok((samples, size.map(|n| n as i32))),
-        _ => place.range(),
-    }
+    Ok(size.map(|n| n as i32))
 }
 
 const MAX_GRID_SIDE: u32 = 1 << 20;

@@ -53,7 +53,7 @@ impl DensityField for Host<volgrad_custom_density> {
 /// As the header says of `custom`.
 pub(super) unsafe fn host(m: &volgrad_medium, i: usize) -> Result<Host<volgrad_custom_density>, Fault> {
     // SAFETY: the caller's promise.
-    let table = unsafe { sized(m.custom) }.map_err(|s| s.at(c"media.custom", i))?;
+    let table = unsafe { sized(m.custom.cast::<volgrad_custom_density>()) }.map_err(|s| s.at(c"media.custom", i))?;
     if table.density.is_none() || table.gradient.is_none() {
         return Err(VOLGRAD_ERROR_NULL.at(c"media.custom.density, media.custom.gradient", i));
     }

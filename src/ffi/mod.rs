@@ -16,6 +16,7 @@ mod custom_density;
 mod custom_light;
 mod custom_phase;
 mod films;
+mod grids;
 mod guides;
 #[cfg(feature = "exr")]
 mod images;

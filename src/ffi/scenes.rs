@@ -3,12 +3,13 @@
 use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_light, volgrad_custom_phase};
 use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
 use super::custom::{Host, Hosts};
+use super::grids;
 use super::pointer::{array, check, output, reference, sized_since, write_sized};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::*;
 use super::{custom_bsdf, custom_density, custom_light, custom_phase};
 use crate::math::{Rgb, Vec3};
-use crate::medium::{Brick, Density, Grid, Medium, brick_counts, build_bricks};
+use crate::medium::{Brick, Density, Grid, Medium};
 use crate::phase::Phase;
 use crate::scene::{
     Bsdf, EnvironmentMap, Light, Lights, Scene, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
@@ -87,8 +88,7 @@ impl<'a> Description<'a> {
     }
 
     fn brick_count(&self) -> Result<usize, Fault> {
-        let grids = self.media.iter().enumerate().filter(|(_, m)| m.kind == VOLGRAD_MEDIUM_GRID);
-        grids.map(|(i, m)| Ok(bricks_of(convert::grid_size(m, i)?.1))).sum()
+        self.media.iter().enumerate().map(|(i, m)| grids::brick_count(m, i)).sum()
     }
 
     fn custom_media(&self) -> impl Iterator<Item = (usize, &volgrad_medium)> {
@@ -157,10 +157,6 @@ impl<'a> Description<'a> {
 /// For a light with an image.
 fn sums_of(l: &volgrad_light) -> usize {
     sums_length(l.image_width as usize, l.image_height as usize)
-}
-
-fn bricks_of(size: [i32; 3]) -> usize {
-    brick_counts(size).iter().map(|n| *n as usize).product()
 }
 
 /// Where the sections of a scene's memory start, and how long all of it is.
@@ -362,7 +358,7 @@ fn medium(
     };
     let density = match m.kind {
         VOLGRAD_MEDIUM_HOMOGENEOUS => Density::Homogeneous,
-        VOLGRAD_MEDIUM_GRID => Density::Grid(grid(m, i, bricks)?),
+        VOLGRAD_MEDIUM_GRID | VOLGRAD_MEDIUM_SPARSE_GRID => Density::Grid(grid(m, i, bricks)?),
         VOLGRAD_MEDIUM_CUSTOM => Density::Custom(custom_density::density(hosts.next().ok_or(VOLGRAD_ERROR_INTERNAL)?, m, i)?),
         _ => return Err(VOLGRAD_ERROR_KIND.at(c"media.kind", i)),
     };
@@ -370,22 +366,12 @@ fn medium(
 }
 
 fn grid(m: &volgrad_medium, i: usize, bricks: &mut &'static mut [Brick]) -> Result<Grid<'static>, Fault> {
-    let (samples, size) = convert::grid_size(m, i)?;
-    // SAFETY: the header's contract: the grid outlives the scene.
-    let density = unsafe { array(m.density, samples) }.map_err(|s| s.at(c"media.density", i))?;
-    if density.iter().any(|value| !value.is_finite()) {
-        return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"media.density", i));
-    }
-    if density.iter().any(|value| *value < 0.0) {
-        return Err(VOLGRAD_ERROR_RANGE.at(c"media.density", i));
-    }
-    let Some((own, others)) = core::mem::take(bricks).split_at_mut_checked(bricks_of(size)) else {
+    let Some((own, others)) = core::mem::take(bricks).split_at_mut_checked(grids::brick_count(m, i)?) else {
         return Err(VOLGRAD_ERROR_INTERNAL.into());
     };
     *bricks = others;
-    build_bricks(density, size, own);
-    let transform = convert::grid_transform(m, i)?;
-    Grid::new(density, size, transform, own).ok_or(VOLGRAD_ERROR_RANGE.at(c"media.nx, media.ny, media.nz", i))
+    // SAFETY: the header's contract.
+    unsafe { grids::grid(m, i, own) }
 }
 
 pub(super) fn image_size(width: u32, height: u32) -> Result<usize, Fault> {

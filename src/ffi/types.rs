@@ -96,6 +96,7 @@ pub struct volgrad_phase {
 pub const VOLGRAD_MEDIUM_HOMOGENEOUS: u32 = 0;
 pub const VOLGRAD_MEDIUM_GRID: u32 = 1;
 pub const VOLGRAD_MEDIUM_CUSTOM: u32 = 2;
+pub const VOLGRAD_MEDIUM_SPARSE_GRID: u32 = 3;
 
 /// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
 /// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
@@ -129,6 +130,33 @@ pub struct volgrad_custom_density {
     pub majorant: f32,
 }
 
+/// Cells along a side of a sparse grid's brick, and samples of a block: (`VOLGRAD_BRICK_SIDE` + 1)^3.
+pub const VOLGRAD_BRICK_SIDE: u32 = 8;
+pub const VOLGRAD_BLOCK_SAMPLES: u32 = 729;
+
+const _: () = {
+    use crate::medium::{BLOCK_SAMPLES, BRICK_SIDE};
+    assert!(VOLGRAD_BRICK_SIDE == BRICK_SIDE as u32 && VOLGRAD_BLOCK_SAMPLES == BLOCK_SAMPLES as u32);
+};
+
+/// The samples of a sparse grid. They mean what those of a grid of nx*ny*nz samples mean, and give the same results bit for bit; but only
+/// one block is stored of all bricks that are alike, those without any density above all.
+///
+/// Brick (i, j, k), i < (nx + 8)/8, j < (ny + 8)/8, k < (nz + 8)/8 (rounded down), is the cells between samples 8 i - 1 and 8 i + 7 along x,
+/// likewise y and z. Its block holds these 9*9*9 samples, x fastest; a sample that would be outside the grid is the nearest one inside.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_sparse_grid {
+    /// `sizeof(volgrad_sparse_grid)` of the caller.
+    pub struct_size: u32,
+    pub block_count: u32,
+    /// For each brick, x fastest, the number of its block, below block_count. Borrowed: must outlive the scene.
+    pub blocks: *const u32,
+    /// block_count blocks of `VOLGRAD_BLOCK_SAMPLES` densities, finite, not negative. Blocks of neighbours share a layer of samples,
+    /// which have to be equal. Borrowed: must outlive the scene.
+    pub density: *const f32,
+}
+
 /// A participating medium: extinction `sigma_t * density(x)`, scattering `albedo *` that.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -146,13 +174,15 @@ pub struct volgrad_medium {
     /// unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
     /// Borrowed: must outlive the scene. NULL for other kinds.
     pub density: *const f32,
+    /// Grid and sparse grid: samples along each axis.
     pub nx: u32,
     pub ny: u32,
     pub nz: u32,
-    /// Grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
+    /// Grid, sparse grid and custom: affine map of the unit cube to the world, 3 rows of 4 (row-major, translation last); invertible.
     pub local_to_world: [f32; 12],
-    /// Custom: the density; read by `volgrad_scene_init`. NULL for other kinds.
-    pub custom: *const volgrad_custom_density,
+    /// Custom: a `volgrad_custom_density`, read by `volgrad_scene_init`. Sparse grid: a `volgrad_sparse_grid`, likewise; what that points to is
+    /// borrowed: must outlive the scene. NULL for other kinds.
+    pub custom: *const c_void,
 }
 
 pub const VOLGRAD_MATERIAL_DIFFUSE: u32 = 0;
@@ -306,7 +336,7 @@ const _: () = {
     assert!(size_of::<Vec3>() == 12 && size_of::<Rgb>() == 12 && size_of::<Segment>() == 20);
     assert!(size_of::<Vertex>() == 44 && size_of::<Ray>() == 36 && size_of::<Hit>() == 372);
     assert!(size_of::<volgrad_camera>() == 96 && size_of::<volgrad_phase>() == 8 && size_of::<volgrad_medium>() == 120);
-    assert!(size_of::<volgrad_custom_density>() == 40);
+    assert!(size_of::<volgrad_custom_density>() == 40 && size_of::<volgrad_sparse_grid>() == 24);
     assert!(size_of::<volgrad_scene_desc>() == 168);
     assert!(size_of::<volgrad_material>() == 64 && size_of::<volgrad_light>() == 112 && size_of::<volgrad_path>() == 32);
 };

@@ -21,27 +21,42 @@ pub struct Grid<'a> {
 /// Keeps indices within 32 bits, together with the bound on all samples.
 const MAX_SIDE: i32 = 1 << 20;
 
+/// Whether `length` values are one for each of `counts`, in 32 bits, of a grid of this size.
+fn fits(size: [i32; 3], counts: [i32; 3], length: usize) -> bool {
+    let product = counts.iter().try_fold(1usize, |product, n| product.checked_mul(usize::try_from(*n).ok()?));
+    size.iter().all(|n| (1..=MAX_SIDE).contains(n)) && length <= i32::MAX as usize && product == Some(length)
+}
+
 impl<'a> Grid<'a> {
     /// `density` has size[0]·size[1]·size[2] values, x fastest; `bricks` as many as [`brick_counts`] says, or none.
     /// `local_to_world` maps the unit cube and is invertible. None if a count does not fit.
     pub fn new(density: &'a [f32], size: [i32; 3], local_to_world: DAffine3, bricks: &'a [Brick]) -> Option<Self> {
-        if size.iter().any(|n| *n > MAX_SIDE) {
-            return None;
-        }
-        let count = size.iter().try_fold(1usize, |product, n| product.checked_mul(usize::try_from(*n).ok()?))?;
-        let brick_count: usize = brick_counts(size).iter().map(|n| *n as usize).product();
-        if count == 0
-            || count > i32::MAX as usize
-            || density.len() != count
-            || (!bricks.is_empty() && bricks.len() != brick_count)
-        {
-            return None;
-        }
+        let fits = fits(size, size, density.len()) && (bricks.is_empty() || fits(size, brick_counts(size), bricks.len()));
+        fits.then(|| Self::on(Samples::new(density, &[], size, bricks), local_to_world))
+    }
+
+    /// The same with samples in blocks: `blocks` has the number of each brick's, and `density` [`BLOCK_SAMPLES`] values for each, those
+    /// outside the box repeated from its border. `bricks` are those of [`build_block_bricks`].
+    ///
+    /// [`BLOCK_SAMPLES`]: super::BLOCK_SAMPLES
+    /// [`build_block_bricks`]: super::build_block_bricks
+    pub fn of_blocks(
+        density: &'a [f32],
+        blocks: &'a [u32],
+        size: [i32; 3],
+        local_to_world: DAffine3,
+        bricks: &'a [Brick],
+    ) -> Option<Self> {
+        let fits = fits(size, brick_counts(size), blocks.len()) && bricks.len() == blocks.len();
+        fits.then(|| Self::on(Samples::new(density, blocks, size, bricks), local_to_world))
+    }
+
+    fn on(samples: Samples<'a>, local_to_world: DAffine3) -> Self {
+        let size = samples.size;
         let [nx, ny, nz] = size.map(f64::from);
         let scale = DAffine3::from_scale_rotation_translation(DVec3::new(nx, ny, nz), glam::DQuat::IDENTITY, DVec3::splat(0.5));
         let to_lattice = scale * local_to_world.inverse();
-        let samples = Samples::new(density, size, bricks);
-        Some(Self { samples, to_lattice, gradient_to_world: to_lattice.matrix3.transpose() })
+        Self { samples, to_lattice, gradient_to_world: to_lattice.matrix3.transpose() }
     }
 
     pub fn at(&self, x: DVec3) -> f64 {

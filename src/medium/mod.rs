@@ -1,5 +1,6 @@
 //! Participating media: extinction is a constant colour times a scalar density, so one density integral serves all channels.
 
+mod blocks;
 mod bricks;
 mod cell;
 mod custom;
@@ -9,6 +10,7 @@ mod grid;
 mod tracking;
 mod walk;
 
+pub use blocks::{BLOCK_SAMPLES, build_block_bricks};
 pub use bricks::{BRICK_SIDE, Brick, brick_counts, build_bricks};
 pub use custom::{Custom, DensityField};
 pub use estimators::{Estimate, Estimator, estimate_transmittance};

@@ -1,18 +1,21 @@
 //! The way of a line through a grid: constant bricks in one step, others cell by cell.
 
 use super::Moments;
+use super::blocks::block_corners;
 use super::bricks::{BRICK_SIDE, Brick, brick_counts};
 use super::cell::{Chord, Corners, TwinLine};
 use super::dda::{Dda, Lattice, LatticeLine};
 use crate::math::DVec3;
 use core::ops::ControlFlow;
 
-/// The samples of a grid, x fastest, and their bricks or none.
+/// The samples of a grid, and their bricks or none.
 ///
 /// In *lattice coordinates* sample i lies at i + 1, so that the unit cells [c, c+1), c = 0…n, tile the box [½, n + ½].
 #[derive(Clone, Copy, Debug)]
 pub struct Samples<'a> {
     density: &'a [f32],
+    /// The block of each brick (`blocks`); none: `density` is all samples, x fastest.
+    blocks: &'a [u32],
     bricks: &'a [Brick],
     pub size: [i32; 3],
     cell_lattice: Lattice,
@@ -38,12 +41,13 @@ const BATCH: usize = 16;
 const BRICKS_IN_A_ROW: usize = 4;
 
 impl<'a> Samples<'a> {
-    /// As many samples and bricks as there have to be, in 32 bits.
-    pub fn new(density: &'a [f32], size: [i32; 3], bricks: &'a [Brick]) -> Self {
+    /// As many samples and bricks as there have to be, in 32 bits. With blocks there are bricks.
+    pub fn new(density: &'a [f32], blocks: &'a [u32], size: [i32; 3], bricks: &'a [Brick]) -> Self {
         let [nx, ny, _] = size.map(f64::from);
         let [bx, by, _] = brick_counts(size).map(f64::from);
         Self {
             density,
+            blocks,
             bricks,
             size,
             // Cell (1, 1, 1) starts at sample 0.
@@ -160,9 +164,12 @@ impl<'a> Samples<'a> {
         chords.get(..count).unwrap_or(&[])
     }
 
-    /// The part of a line where no cell reaches beyond the outermost samples.
+    /// The part of a line where all samples are x fastest and no cell reaches beyond the outermost ones.
     fn core(&self, line: &LatticeLine, inside: &Inside) -> Inside {
         let none = Inside { start: f64::INFINITY, end: f64::NEG_INFINITY };
+        if !self.blocks.is_empty() {
+            return none;
+        }
         let mut core = Inside { ..*inside };
         let low = DVec3::ONE;
         let high = DVec3::from_array(self.size.map(f64::from));
@@ -181,12 +188,27 @@ impl<'a> Samples<'a> {
     /// The eight samples around a cell, those outside the box repeated from its border.
     #[inline(never)]
     pub fn corners(&self, cell: [i32; 3]) -> Corners {
+        if !self.blocks.is_empty() {
+            return self.corners_in_block(cell);
+        }
         let below = |axis: usize| (cell[axis] - 1).max(0) as usize;
         let above = |axis: usize| cell[axis].min(self.size[axis] - 1) as usize;
         let [nx, ny, _] = self.size.map(|n| n as usize);
         let sample = |x: usize, y: usize, z: usize| self.density.get((z * ny + y) * nx + x).copied().unwrap_or(0.0);
         let pair = |y: usize, z: usize| [sample(below(0), y, z), sample(above(0), y, z)];
         Corners([[pair(below(1), below(2)), pair(above(1), below(2))], [pair(below(1), above(2)), pair(above(1), above(2))]])
+    }
+
+    /// The same from the blocks, where samples outside the box are those of its border.
+    fn corners_in_block(&self, cell: [i32; 3]) -> Corners {
+        let side = BRICK_SIDE as usize;
+        let cell: [usize; 3] = core::array::from_fn(|axis| cell[axis].clamp(0, self.size[axis]) as usize);
+        let [x, y, z] = cell.map(|c| c / side);
+        let [nx, ny, _] = brick_counts(self.size).map(|n| n as usize);
+        match self.blocks.get((z * ny + y) * nx + x) {
+            Some(block) => block_corners(self.density, *block, cell.map(|c| c % side)),
+            None => Corners::default(),
+        }
     }
 
     /// The same for a cell whose samples are all there, the first of them at `index`.

@@ -66,7 +66,7 @@ static void test_description(void) {
     CHECK(with > without && with <= without + 32); /* a counter */
     BAD(s.media[0].kind = VOLGRAD_MEDIUM_HOMOGENEOUS, VOLGRAD_ERROR_RANGE, "media: a reserved field");
     BAD(s.media[0].custom = NULL, VOLGRAD_ERROR_NULL, "media.custom");
-    BAD(s.media[0].custom = (const volgrad_custom_density *)(const void *)(memory + 1), VOLGRAD_ERROR_MISALIGNED, "media.custom");
+    BAD(s.media[0].custom = memory + 1, VOLGRAD_ERROR_MISALIGNED, "media.custom");
     BAD(c->struct_size = 0, VOLGRAD_ERROR_STRUCT_SIZE, "media.custom");
     BAD(c->struct_size = sizeof *c - 1, VOLGRAD_ERROR_STRUCT_SIZE, "media.custom");
     BAD((c->struct_size = sizeof custom, custom.newer[7] = 1), VOLGRAD_ERROR_STRUCT_SIZE, "media.custom");

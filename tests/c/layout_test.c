@@ -26,6 +26,7 @@ SIZE(volgrad_custom_density, 40);
 SIZE(volgrad_custom_bsdf, 48);
 SIZE(volgrad_custom_phase, 40);
 SIZE(volgrad_custom_light, 48);
+SIZE(volgrad_sparse_grid, 24);
 SIZE(volgrad_material, 64);
 OFFSET(volgrad_material, eta, 20);
 OFFSET(volgrad_material, custom, 56);

@@ -79,7 +79,7 @@ static void test_camera(void) {
 
 static void test_media(void) {
     volgrad_medium *m = s.media;
-    KIND(m[1].kind = 3, "media.kind", 1);
+    KIND(m[1].kind = 4, "media.kind", 1);
     KIND(m[0].kind = UINT32_MAX, "media.kind", 0);
     KIND(m[0].phase.kind = 2, "media.phase", 0);
     m[1].phase.kind = VOLGRAD_PHASE_HENYEY_GREENSTEIN;

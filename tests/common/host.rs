@@ -16,7 +16,9 @@ use crate::reference::{
     world::World,
 };
 use volgrad::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3, orthonormal_basis};
-use volgrad::medium::{Brick, Density, EdgeMoments, Grid, Line, Medium, NONE, Segment, brick_counts, build_bricks};
+use volgrad::medium::{
+    BRICK_SIDE, Brick, Density, EdgeMoments, Grid, Line, Medium, NONE, Segment, brick_counts, build_block_bricks, build_bricks,
+};
 use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};
 use volgrad::phase::Phase;
 use volgrad::scene::{
@@ -101,32 +103,63 @@ pub fn camera(camera: &ReferenceCamera) -> Camera {
     }
 }
 
-/// Does a grid come with its bricks?
+/// Does a grid come with its bricks? Or is it sparse?
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bricks {
     Built,
     Left,
+    Sparse,
 }
 
 /// A medium and the memory that the library borrows from its host.
 pub struct HostMedium {
     source: ReferenceMedium,
     samples: Vec<f32>,
+    /// Of a sparse grid; its samples are in blocks.
+    blocks: Vec<u32>,
     bricks: Vec<Brick>,
 }
 
 impl HostMedium {
     pub fn new(source: &ReferenceMedium, bricks: Bricks) -> Self {
-        let mut host = Self { source: source.clone(), samples: Vec::new(), bricks: Vec::new() };
+        let mut host = Self { source: source.clone(), samples: Vec::new(), blocks: Vec::new(), bricks: Vec::new() };
         if let ReferenceDensity::Grid(grid) = &source.density {
             let size = grid.resolution.map(|n| n as i32);
             host.samples = grid.samples.iter().map(|&sample| sample as f32).collect();
-            if bricks == Bricks::Built {
+            if bricks != Bricks::Left {
                 host.bricks = vec![Brick::default(); brick_counts(size).iter().product::<i32>() as usize];
                 build_bricks(&host.samples, size, &mut host.bricks);
             }
+            if bricks == Bricks::Sparse {
+                host.cut_into_blocks(size);
+            }
         }
         host
+    }
+
+    /// A block for each brick that is unlike those before it.
+    fn cut_into_blocks(&mut self, size: [i32; 3]) {
+        let [nx, ny, nz] = brick_counts(size);
+        let mut stored: Vec<Vec<f32>> = Vec::new();
+        for brick in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))) {
+            let block = self.block(size, brick);
+            let number = stored.iter().position(|other| *other == block).unwrap_or_else(|| {
+                stored.push(block);
+                stored.len() - 1
+            });
+            self.blocks.push(number as u32);
+        }
+        self.samples = stored.concat();
+        self.bricks.fill(Brick::default());
+        build_block_bricks(&self.samples, &self.blocks, &mut self.bricks).expect("every block is there");
+    }
+
+    fn block(&self, size: [i32; 3], brick: [i32; 3]) -> Vec<f32> {
+        let near = |axis: usize, i: i32| (brick[axis] * BRICK_SIDE - 1 + i).clamp(0, size[axis] - 1) as usize;
+        let [nx, ny, _] = size.map(|n| n as usize);
+        let side = 0..=BRICK_SIDE;
+        let points = side.clone().flat_map(|z| side.clone().flat_map(move |y| (0..=BRICK_SIDE).map(move |x| [x, y, z])));
+        points.map(|[x, y, z]| self.samples[(near(2, z) * ny + near(1, y)) * nx + near(0, x)]).collect()
     }
 
     pub fn view(&self) -> Medium<'_> {
@@ -144,7 +177,13 @@ impl HostMedium {
     fn grid(&self, grid: &ReferenceGrid) -> Grid<'_> {
         let [x, y, z] = grid.to_world.columns.map(vec);
         let local_to_world = DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: vec(grid.to_world.origin) };
-        Grid::new(&self.samples, grid.resolution.map(|n| n as i32), local_to_world, &self.bricks).expect("the counts fit")
+        let size = grid.resolution.map(|n| n as i32);
+        let view = if self.blocks.is_empty() {
+            Grid::new(&self.samples, size, local_to_world, &self.bricks)
+        } else {
+            Grid::of_blocks(&self.samples, &self.blocks, size, local_to_world, &self.bricks)
+        };
+        view.expect("the counts fit")
     }
 }
 
