@@ -177,6 +177,12 @@
 
 #define VOLGRAD_LIGHT_ENVIRONMENT_MAP 7
 
+// Radiance from infinitely far away, as the host computes it.
+#define VOLGRAD_LIGHT_CUSTOM_SKY 8
+
+// A point light whose profile the host computes.
+#define VOLGRAD_LIGHT_CUSTOM_POINT 9
+
 // The result of every fallible function. On an error all outputs are untouched, unless the function says otherwise.
 enum volgrad_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -828,6 +834,38 @@ typedef struct volgrad_material {
   const struct volgrad_custom_bsdf *custom;
 } volgrad_material;
 
+// Computes what a light emits, which is not negative: a sky's radiance from the unit vector `direction` towards it; a point light's intensity
+// along the unit vector `direction` away from it. World axes. `*value` comes as 0.
+typedef void (*volgrad_light_emission_fn)(void *user, struct volgrad_vec3 direction, struct volgrad_rgb *value);
+
+// Returns the density, 1/sr, with which the sample function makes the direction `to_sky`: positive wherever the radiance is, and exact, or
+// images are biased.
+typedef float (*volgrad_light_pdf_fn)(void *user, struct volgrad_vec3 to_sky);
+
+// Makes a direction `*to_sky` of unit length from two uniform numbers `u[2]` in (0, 1), and nothing else. Returns 1, or 0 if the sky is black.
+typedef int32_t (*volgrad_light_sample_fn)(void *user, const double *u, struct volgrad_vec3 *to_sky);
+
+// Computes the derivatives of the logarithm of a point light's intensity by the components of `direction`, per channel, `gradient[3]`, which
+// comes as 0. The part along the direction itself does not matter. Called where the intensity is > 0.
+typedef void (*volgrad_light_gradient_fn)(void *user, struct volgrad_vec3 direction, struct volgrad_vec3 *gradient);
+
+// A light that the host computes: `VOLGRAD_LIGHT_CUSTOM_SKY`, `VOLGRAD_LIGHT_CUSTOM_POINT`. Threads, and values that are none, as for
+// `volgrad_custom_bsdf`.
+typedef struct volgrad_custom_light {
+  // `sizeof(volgrad_custom_light)` of the caller.
+  uint32_t struct_size;
+  uint32_t reserved;
+  // Passed back as the functions' first argument. Must outlive the scene.
+  void *user;
+  volgrad_light_emission_fn emission;
+  // Sky: both. Point: unused, its subpaths leave it in all directions alike (and guided ones where they carry most).
+  volgrad_light_pdf_fn pdf;
+  volgrad_light_sample_fn sample;
+  // Point; may be NULL. Only the gradients of a path need it, of a vertex beside the light: they say `VOLGRAD_ERROR_NO_GRADIENT` then. No
+  // mode of shifts does.
+  volgrad_light_gradient_fn log_gradient;
+} volgrad_custom_light;
+
 // A light. Area lights emit from the side that their normal points to, and are opaque surfaces that the host's ray queries return.
 typedef struct volgrad_light {
   // `VOLGRAD_LIGHT_*`.
@@ -836,13 +874,13 @@ typedef struct volgrad_light {
   // Subpaths from the light start in it; an area light must not cross a medium's boundary. Unused by lights at infinity.
   uint32_t medium;
   // Area and environment: radiance. Directional: irradiance on a plane across its direction. Point and spot: intensity, a spot's within
-  // its inner cone. Environment map: factor on its image. Not negative.
+  // its inner cone. Environment map: factor on its image. Custom: factor on what the host computes. Not negative.
   struct volgrad_rgb emission;
   // Relative probability of being picked for next-event estimation; 1 is usual. >= 0, and > 0 for directional, point and spot
-  // lights, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
+  // lights, custom ones too, which nothing else can find. All weights are divided by their sum. That of a constant environment counts only if no other
   // light has one: paths that go on find the sky as well.
   float sampling_weight;
-  // Parallelogram, triangle: a corner. Sphere: centre. Point, spot: position.
+  // Parallelogram, triangle: a corner. Sphere: centre. Point, custom or not, and spot: position.
   struct volgrad_vec3 position;
   // Parallelogram, triangle: edges from that corner. The normal is edge_u x edge_v, normalised.
   // Environment map: its x and y axes in the world; y is up.
@@ -863,8 +901,8 @@ typedef struct volgrad_light {
   const float *image;
   uint32_t image_width;
   uint32_t image_height;
-  // Reserved for callback lights; NULL.
-  const void *custom;
+  // Custom: the light; read by `volgrad_scene_init`. NULL for other kinds.
+  const struct volgrad_custom_light *custom;
 } volgrad_light;
 
 // Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral over the
@@ -904,7 +942,7 @@ typedef struct volgrad_scene_desc {
   struct volgrad_camera camera;
   const struct volgrad_medium *media;
   const struct volgrad_material *materials;
-  // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT` or `VOLGRAD_LIGHT_ENVIRONMENT_MAP`.
+  // At most one of kind `VOLGRAD_LIGHT_ENVIRONMENT`, `VOLGRAD_LIGHT_ENVIRONMENT_MAP` or `VOLGRAD_LIGHT_CUSTOM_SKY`.
   const struct volgrad_light *lights;
   // A sphere around all surfaces, null ones included; its radius in world units, >= 0. Radius 0: unknown; then light subpaths
   // start from no light at infinity.
@@ -1083,7 +1121,7 @@ volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
 // have counted by now.
 volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene, uint64_t *dropped);
 
-// The same of the scene's custom materials and phase functions: values and densities that were NaN, infinite or negative, sampled directions
+// The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled directions
 // that were no unit vectors and cosines beyond 1, derivatives that were not finite.
 volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene,
                                             uint64_t *dropped);
