@@ -972,9 +972,33 @@ typedef void (*volgrad_density_fn)(void *user, const struct volgrad_vec3 *points
 // Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
 typedef void (*volgrad_density_gradient_fn)(void *user, const struct volgrad_vec3 *points, struct volgrad_vec3 *gradients, uint32_t count);
 
+// A part of a line: the points origin + t * direction from `start` to `end`, world units. `direction` has unit length.
+typedef struct volgrad_stretch {
+  double origin[3];
+  double direction[3];
+  double start;
+  double end;
+} volgrad_stretch;
+
+// Integrals over t along a stretch.
+typedef struct volgrad_density_integrals {
+  // Of the density, >= 0.
+  double density;
+  // Of its gradient, and of t times its gradient.
+  double gradient[3];
+  double moment[3];
+} volgrad_density_integrals;
+
+// Computes exact integrals of the density along a stretch inside the box, in double precision; `*integrals` comes as 0. What the density jumps by at
+// the box's faces is no part of them. `gradients` 0: only that of the density is needed. As `volgrad_density_fn` otherwise.
+typedef void (*volgrad_density_integrals_fn)(void *user,
+                                             const struct volgrad_stretch *stretch,
+                                             int32_t gradients,
+                                             struct volgrad_density_integrals *integrals);
+
 // A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
 //
-// The optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
+// Without `integrals` the optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
 // and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
 // gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
 // line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
@@ -986,10 +1010,13 @@ typedef struct volgrad_custom_density {
   void *user;
   volgrad_density_fn density;
   volgrad_density_gradient_fn gradient;
-  // World units, > 0; not below about a millionth of the box.
+  // World units, > 0; not below about a millionth of the box. Unused with `integrals`.
   float step;
   // At least as large as every density in the box. Only ratio tracking uses it.
   float majorant;
+  // May be NULL; so may be what is not there in a shorter struct. With it the optical depth is exact, and distances are found by Newton's
+  // method: some five calls for each.
+  volgrad_density_integrals_fn integrals;
 } volgrad_custom_density;
 
 // The samples of a sparse grid. They mean what those of a grid of nx*ny*nz samples mean, and give the same results bit for bit; but only

@@ -2,11 +2,12 @@
 
 use super::convert::{self, Place};
 use super::custom::Host;
-use super::pointer::sized;
+use super::pointer::sized_since;
 use super::status::{Fault, volgrad_status::*};
-use super::types::{volgrad_custom_density, volgrad_medium};
+use super::types::{volgrad_custom_density, volgrad_density_integrals, volgrad_medium, volgrad_stretch};
 use crate::math::{DVec3, Vec3};
-use crate::medium::{Custom, DensityField};
+use crate::medium::{Custom, DensityField, Moments, Stretch};
+use core::mem::offset_of;
 
 /// Points that fit on the stack while they are converted.
 const BATCH: usize = 32;
@@ -45,7 +46,23 @@ impl DensityField for Host<volgrad_custom_density> {
             self.table.ask(function, Vec3::default(), points, gradients, convert);
         }
     }
+
+    fn moments(&self, stretch: &Stretch, gradients: bool) -> Moments {
+        let Some(function) = self.table.integrals else { return Moments::default() };
+        let Stretch { origin, direction, start, end } = *stretch;
+        let stretch = volgrad_stretch { origin: origin.to_array(), direction: direction.to_array(), start, end };
+        let mut found = volgrad_density_integrals::default();
+        // SAFETY: the header's contract.
+        unsafe { function(self.table.user, &stretch, gradients.into(), &mut found) };
+        let (gradient, first_moment) = (DVec3::from_array(found.gradient), DVec3::from_array(found.moment));
+        let finite = !gradients || (gradient.is_finite() && first_moment.is_finite());
+        let ok = found.density >= 0.0 && found.density.is_finite() && finite;
+        self.checked(Moments { integral: found.density, gradient, first_moment, ..Moments::default() }, ok)
+    }
 }
+
+/// `sizeof(volgrad_custom_density)` before it had integrals.
+const FIRST: usize = offset_of!(volgrad_custom_density, integrals);
 
 /// The callbacks of medium `i`.
 ///
@@ -53,7 +70,7 @@ impl DensityField for Host<volgrad_custom_density> {
 /// As the header says of `custom`.
 pub(super) unsafe fn host(m: &volgrad_medium, i: usize) -> Result<Host<volgrad_custom_density>, Fault> {
     // SAFETY: the caller's promise.
-    let table = unsafe { sized(m.custom.cast::<volgrad_custom_density>()) }.map_err(|s| s.at(c"media.custom", i))?;
+    let table = unsafe { sized_since(m.custom.cast::<volgrad_custom_density>(), FIRST) }.map_err(|s| s.at(c"media.custom", i))?;
     if table.density.is_none() || table.gradient.is_none() {
         return Err(VOLGRAD_ERROR_NULL.at(c"media.custom.density, media.custom.gradient", i));
     }
@@ -67,6 +84,9 @@ pub(super) fn density(
     i: usize,
 ) -> Result<Custom<'static>, Fault> {
     let majorant = Place(c"media.custom.majorant", i).number(host.table.majorant, |v| v >= 0.0)?;
+    if host.table.integrals.is_some() {
+        return Ok(Custom::exact(host, convert::grid_transform(m, i)?, majorant));
+    }
     let place = Place(c"media.custom.step", i);
     let step = place.number(host.table.step, |v| v > 0.0)?;
     Custom::new(host, convert::grid_transform(m, i)?, step, majorant).ok_or(VOLGRAD_ERROR_RANGE.at(place.0, i))

@@ -20,16 +20,23 @@ pub trait DensityField: Sync {
     fn densities(&self, points: &[DVec3], densities: &mut [f64]);
     /// Fills `gradients`, as long as `points`, 1/world unit.
     fn gradients(&self, points: &[DVec3], gradients: &mut [DVec3]);
+    /// Integrals of ρ, and if asked for of ∇ρ and t·∇ρ, along a stretch inside the box, exactly; the ends are left out. Only [`Custom::exact`]
+    /// needs them.
+    fn moments(&self, _stretch: &Stretch, _gradients: bool) -> Moments {
+        Moments::default()
+    }
 }
 
 /// A density field inside a box, 0 outside.
 #[derive(Clone, Copy)]
 pub struct Custom<'a> {
-    field: &'a dyn DensityField,
+    pub(super) field: &'a dyn DensityField,
     /// To where the box is the unit cube.
-    to_box: DAffine3,
-    step: f64,
-    majorant: f64,
+    pub(super) to_box: DAffine3,
+    pub(super) step: f64,
+    pub(super) majorant: f64,
+    /// Whether the host integrates: medium/exact.rs.
+    pub(super) exact: bool,
 }
 
 // A host's field has nothing to show; and what shows numbers can panic, so that it is left out of libvolgrad_core.
@@ -55,7 +62,7 @@ impl<'a> Custom<'a> {
     pub fn new(field: &'a dyn DensityField, box_to_world: DAffine3, step: f64, majorant: f64) -> Option<Self> {
         let m = box_to_world.matrix3;
         let longest = m.x_axis.length() + m.y_axis.length() + m.z_axis.length();
-        (longest / step <= MAX_PANELS).then(|| Self { field, to_box: box_to_world.inverse(), step, majorant })
+        (longest / step <= MAX_PANELS).then(|| Self { field, to_box: box_to_world.inverse(), step, majorant, exact: false })
     }
 
     pub fn at(&self, x: DVec3) -> f64 {
@@ -72,6 +79,9 @@ impl<'a> Custom<'a> {
     }
 
     pub fn integral(&self, stretch: &Stretch) -> f64 {
+        if self.exact {
+            return self.exact_integral(stretch);
+        }
         let mut total = 0.0;
         let _ = self.walk(stretch, false, |panel| {
             total += panel.integral();
@@ -81,6 +91,9 @@ impl<'a> Custom<'a> {
     }
 
     pub fn invert(&self, stretch: &Stretch, target: f64) -> Inversion {
+        if self.exact {
+            return self.exact_invert(stretch, target);
+        }
         let mut total = 0.0;
         let found = self.walk(stretch, false, |panel| {
             let here = panel.integral();
@@ -98,6 +111,9 @@ impl<'a> Custom<'a> {
 
     /// The density whose integral τ is, at the distance `t`.
     pub fn along(&self, stretch: &Stretch, t: f64) -> f64 {
+        if self.exact {
+            return self.value(stretch.origin + t * stretch.direction);
+        }
         let mut value = 0.0;
         let _ = self.walk(&Stretch { start: t.next_down(), end: t.next_up(), ..*stretch }, false, |panel| {
             value = panel.value(t);
@@ -107,9 +123,11 @@ impl<'a> Custom<'a> {
     }
 
     pub fn moments(&self, stretch: &Stretch) -> Moments {
+        if self.exact {
+            return self.exact_moments(stretch);
+        }
         let mut sum = Moments::default();
         let Some(chord) = self.chord(stretch) else { return sum };
-        let (start, end) = chord.clip(stretch);
         let (mut first, mut last) = (None, 0.0);
         let _ = self.walk(stretch, true, |panel| {
             panel.add_moments(stretch.direction, &mut sum);
@@ -117,16 +135,7 @@ impl<'a> Custom<'a> {
             last = panel.value(panel.end);
             ControlFlow::<()>::Continue(())
         });
-        let first = first.unwrap_or(0.0);
-        // The box's own faces, where ρ jumps from 0 and back, if the stretch crosses them.
-        match chord.entry_within(stretch) {
-            Some(normal) => add_face(&mut sum, stretch.direction, start, normal, first),
-            None => sum.at_start = first,
-        }
-        match chord.exit_within(stretch) {
-            Some(normal) => add_face(&mut sum, stretch.direction, end, normal, -last),
-            None => sum.at_end = last,
-        }
+        chord.add_faces(stretch, [first.unwrap_or(0.0), last], &mut sum);
         sum
     }
 
@@ -151,7 +160,7 @@ impl<'a> Custom<'a> {
         p.cmpge(DVec3::ZERO).all() && p.cmple(DVec3::ONE).all()
     }
 
-    fn value(&self, x: DVec3) -> f64 {
+    pub(super) fn value(&self, x: DVec3) -> f64 {
         let mut density = [0.0];
         self.read_densities(&[x], &mut density);
         density[0]
@@ -168,7 +177,7 @@ impl<'a> Custom<'a> {
     }
 
     /// What the box cuts out of the whole line, however long the stretch is.
-    fn chord(&self, stretch: &Stretch) -> Option<Chord> {
+    pub(super) fn chord(&self, stretch: &Stretch) -> Option<Chord> {
         let origin = self.to_box.transform_point3(stretch.origin);
         let direction = self.to_box.transform_vector3(stretch.direction);
         let (mut start, mut end, mut entry, mut exit) = (f64::NEG_INFINITY, f64::INFINITY, 0, 0);
@@ -244,7 +253,7 @@ fn add_face(sum: &mut Moments, direction: DVec3, t: f64, normal: DVec3, jump: f6
 }
 
 /// A whole line's part inside the box, and the normals of the faces where it enters and leaves.
-struct Chord {
+pub(super) struct Chord {
     start: f64,
     end: f64,
     /// A whole number.
@@ -259,7 +268,7 @@ impl Chord {
         self.start * (1.0 - share) + self.end * share
     }
 
-    fn clip(&self, stretch: &Stretch) -> (f64, f64) {
+    pub(super) fn clip(&self, stretch: &Stretch) -> (f64, f64) {
         (self.start.max(stretch.start), self.end.min(stretch.end))
     }
 
@@ -269,6 +278,19 @@ impl Chord {
 
     fn exit_within(&self, stretch: &Stretch) -> Option<DVec3> {
         (self.end < stretch.end).then_some(self.exit)
+    }
+
+    /// The box's own faces, where ρ jumps from 0 to the first density inside and back from the last, if the stretch crosses them.
+    pub(super) fn add_faces(&self, stretch: &Stretch, [first, last]: [f64; 2], sum: &mut Moments) {
+        let (start, end) = self.clip(stretch);
+        match self.entry_within(stretch) {
+            Some(normal) => add_face(sum, stretch.direction, start, normal, first),
+            None => sum.at_start = first,
+        }
+        match self.exit_within(stretch) {
+            Some(normal) => add_face(sum, stretch.direction, end, normal, -last),
+            None => sum.at_end = last,
+        }
     }
 }
 

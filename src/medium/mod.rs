@@ -6,6 +6,7 @@ mod cell;
 mod custom;
 mod dda;
 mod estimators;
+mod exact;
 mod grid;
 mod tracking;
 mod walk;

@@ -11,6 +11,7 @@ mod toy;
 mod chains;
 
 mod bsdf;
+mod density;
 mod images;
 mod light;
 mod phase;
