@@ -9,6 +9,9 @@
  *    ask for the size, hand the memory over, free it when you like.
  *  - Structs that begin with struct_size are filled by their _default function or, if there is none, zeroed and given their size, so
  *    that programs built against an older header keep working. All other structs are frozen per VOLGRAD_ABI_VERSION. Reserved fields are 0.
+ *  - libvolgrad has all functions. libvolgrad_core, a static library for programs without an operating system or a C library, has all but
+ *    volgrad_exr_*, cannot panic, and needs only memcpy, memmove, memset and memcmp. (If a linker misses `volgrad_abort` too: some compilers
+ *    of Rust do not see that nothing leads to it. It is `void volgrad_abort(void)`, and does not return.)
  *  - Callbacks get `user` back, run on the thread that called volgrad, and must not throw or longjmp.
  *
  * The functions come in three layers, each complete without the next: kernels (lines, phase functions, paths), shifts for any
