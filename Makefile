@@ -39,7 +39,7 @@ HOST := $(wildcard examples_c/render/*.c)
 HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
 OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
 
-.PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-packaging test-cli test-scenes libraries install uninstall abi FORCE
+.PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-packaging test-cli test-scenes libraries install uninstall abi panics FORCE
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER)
@@ -85,6 +85,12 @@ test: deps
 
 test-rust:
 	cargo test --no-fail-fast --features $(FEATURES)
+
+# Where the freestanding archive could panic: nowhere, or tests/packaging/freestanding.sh fails.
+panics: $(BUILD)
+	CARGO_PROFILE_FREESTANDING_DEBUG=1 CARGO_TARGET_DIR=$(BUILD)/panics \
+		cargo rustc --profile freestanding --lib --features freestanding --crate-type staticlib
+	$(PYTHON) tests/packaging/panics.py $(BUILD)/panics/freestanding/libvolgrad.a
 
 # The host's own tests, and those of the C interface, under the address and undefined behaviour sanitizers.
 SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer

@@ -23,7 +23,7 @@ nm --undefined-only "$core" | awk 'NF == 2 { print $2 }' | sort -u >"$work/undef
 grep -vxE 'memcpy|memmove|memset|memcmp' "$work/undefined" >"$work/unknown" || true
 try no_lines "$work/unknown"
 echo "libvolgrad_core needs $(tr '\n' ' ' <"$work/undefined")"
-nm -C "$core" | grep -E 'panicking|_fail$|unwind' >"$work/panics" || true
+nm -C "$core" | grep -E 'panicking|_fail$|unwind' >"$work/panics" || true # make panics says where from
 try no_lines "$work/panics"
 nm --defined-only --extern-only "$library" "$core" | awk 'NF == 3 && $3 !~ /^volgrad_/' >"$work/foreign"
 try no_lines "$work/foreign"
