@@ -4,13 +4,14 @@
 #   make            build/libvolgrad.a and build/volgrad-render
 #   make demo       deps, and one scene with and without shifts in the same time: under three minutes
 #   make test       all tests, and a short comparison with the reference images
+#   make install    the libraries, headers, volgrad.pc and CMake's files to PREFIX (/usr/local) under DESTDIR; make uninstall
 #   make validate   the long comparison, and the long statistical tests
 #   make bench      times line integrals, paths and shifts, writes tables in README.md and demo/costs.png; BENCH_FLAGS=--quick for a look
 #   make peers      measures whole renders beside Mitsuba 3 for half an hour (MINUTES=28), writes the table in README.md
 #   make chains     measures Metropolis chains with and without shifts for a few minutes, writes the table in README.md
 #   make figures    the thesis' figures again and beyond, for forty minutes on two cores: build/figures/figures.html and README.md's part;
 #                   TIME=minutes, RES=pixels (128 divided or multiplied by a whole number); goes on where it was stopped
-#   make header     writes include/volgrad.h anew
+#   make header     writes include/volgrad.h anew; make abi, also, accepts its binary interface as the one to keep: tests/abi
 #
 # CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
 
@@ -22,6 +23,10 @@ PY := $(VENV)/bin/python
 
 FEATURES := ffi,exr
 LIBRARY := $(BUILD)/libvolgrad.a
+CORE := $(BUILD)/libvolgrad_core.a
+VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
+SONAME := libvolgrad.so.$(firstword $(subst ., ,$(VERSION)))
+SHARED := $(BUILD)/libvolgrad.so.$(VERSION)
 RENDER := $(BUILD)/volgrad-render
 SCENES := $(wildcard scenes/*.xml)
 
@@ -34,7 +39,7 @@ HOST := $(wildcard examples_c/render/*.c)
 HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
 OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
 
-.PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-cli test-scenes FORCE
+.PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-packaging test-cli test-scenes libraries install uninstall abi panics FORCE
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER)
@@ -45,8 +50,24 @@ all: $(LIBRARY) $(RENDER)
 $(TARGET)/release/libvolgrad.a: FORCE
 	cargo rustc --release --lib --features $(FEATURES) --crate-type staticlib
 
-$(LIBRARY): $(TARGET)/release/libvolgrad.a | $(BUILD)
-	cp -p $< $@
+$(LIBRARY): $(TARGET)/release/libvolgrad.a packaging/one_object.sh | $(BUILD)
+	sh packaging/one_object.sh $< $@
+
+# For programs without an operating system: no std, no EXR, no unwinding.
+$(TARGET)/freestanding/libvolgrad.a: FORCE
+	cargo rustc --profile freestanding --lib --features freestanding --crate-type staticlib
+
+$(CORE): $(TARGET)/freestanding/libvolgrad.a packaging/one_object.sh | $(BUILD)
+	sh packaging/one_object.sh $< $@
+
+# What EXR needs of the system: as in packaging/volgrad.pc.in and volgradTargets.cmake. Each is the same object, so no symbol but ours is exported.
+$(SHARED): $(LIBRARY)
+	$(CC) -shared -Wl,-soname,$(SONAME) -Wl,-z,defs,-z,relro,-z,now -Wl,--whole-archive $< -Wl,--no-whole-archive \
+		$(LDFLAGS) -lgcc_s -lpthread -ldl -lm -o $@
+	ln -sf $(@F) $(BUILD)/$(SONAME)
+	ln -sf $(SONAME) $(BUILD)/libvolgrad.so
+
+libraries: $(LIBRARY) $(CORE) $(SHARED)
 
 $(BUILD)/render/%.o: examples_c/render/%.c $(HOST_HEADERS) | $(BUILD)/render
 	$(CC) $(C_FLAGS) -O2 -c $< -o $@
@@ -60,10 +81,16 @@ $(BUILD) $(BUILD)/render $(BUILD)/tests:
 # ---- tests ----
 
 test: deps
-	$(MAKE) test-rust test-c test-cli test-scenes
+	$(MAKE) test-rust test-c test-packaging test-cli test-scenes
 
 test-rust:
 	cargo test --no-fail-fast --features $(FEATURES)
+
+# Where the freestanding archive could panic: nowhere, or tests/packaging/freestanding.sh fails.
+panics: $(BUILD)
+	CARGO_PROFILE_FREESTANDING_DEBUG=1 CARGO_TARGET_DIR=$(BUILD)/panics \
+		cargo rustc --profile freestanding --lib --features freestanding --crate-type staticlib
+	$(PYTHON) tests/packaging/panics.py $(BUILD)/panics/freestanding/libvolgrad.a
 
 # The host's own tests, and those of the C interface, under the address and undefined behaviour sanitizers.
 SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
@@ -82,6 +109,13 @@ test-c: $(HOST_TESTS) $(ABI_TESTS)
 	$(BUILD)/tests/queries_test
 	@set -e; for t in $(ABI_TESTS); do echo $$t; $$t; done
 	@set -e; for t in $(ABI_SCRIPTS); do echo $$t; CC='$(CC)' LIBRARY=$(LIBRARY) sh $$t; done
+
+# What users get: the binary interface, the archives, an installation, programs built with it.
+PACKAGING_SCRIPTS := $(wildcard tests/packaging/*.sh)
+
+test-packaging: libraries
+	CC='$(CC)' $(PYTHON) tests/abi/abi.py
+	@set -e; for t in $(PACKAGING_SCRIPTS); do echo $$t; MAKE='$(MAKE)' CC='$(CC)' BUILD='$(BUILD)' sh $$t; done
 
 test-cli: $(RENDER) $(VENV)/ready
 	sh tests/host/cli_test.sh $(RENDER) $(PY)
@@ -136,6 +170,33 @@ $(PEERS_VENV)/ready: experiments/requirements.txt requirements.txt | $(BUILD)
 	$(PEERS_VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r experiments/requirements.txt
 	touch $@
 
+# ---- installation: PREFIX is where it will be used, DESTDIR a root to collect it under ----
+
+PREFIX ?= /usr/local
+LIBDIR ?= lib
+INSTALLED_LIB := $(DESTDIR)$(PREFIX)/$(LIBDIR)
+INSTALLED_HEADERS := $(patsubst include/%,$(DESTDIR)$(PREFIX)/include/%,$(wildcard include/*))
+# From LIBDIR to PREFIX.
+UP := $(shell echo $(LIBDIR) | sed 's|[^/][^/]*|..|g')
+FILL_IN := sed -e 's|@VERSION@|$(VERSION)|g' -e 's|@LIBDIR@|$(LIBDIR)|g' -e 's|@UP@|$(UP)|g'
+
+# As root there may be no cargo: then what is built already is installed.
+install: $(if $(shell command -v cargo),libraries)
+	install -d $(DESTDIR)$(PREFIX)/include $(INSTALLED_LIB)/pkgconfig $(INSTALLED_LIB)/cmake/volgrad
+	install -m 644 $(wildcard include/*) $(DESTDIR)$(PREFIX)/include
+	install -m 644 $(LIBRARY) $(CORE) $(INSTALLED_LIB)
+	install -m 755 $(SHARED) $(INSTALLED_LIB)
+	ln -sf $(notdir $(SHARED)) $(INSTALLED_LIB)/$(SONAME)
+	ln -sf $(SONAME) $(INSTALLED_LIB)/libvolgrad.so
+	$(FILL_IN) packaging/volgrad.pc.in >$(INSTALLED_LIB)/pkgconfig/volgrad.pc
+	$(FILL_IN) packaging/volgradConfig.cmake.in >$(INSTALLED_LIB)/cmake/volgrad/volgradConfig.cmake
+	$(FILL_IN) packaging/volgradConfigVersion.cmake.in >$(INSTALLED_LIB)/cmake/volgrad/volgradConfigVersion.cmake
+	install -m 644 packaging/volgradTargets.cmake $(INSTALLED_LIB)/cmake/volgrad
+
+uninstall:
+	rm -f $(INSTALLED_HEADERS) $(addprefix $(INSTALLED_LIB)/,$(notdir $(LIBRARY) $(CORE) $(SHARED)) $(SONAME) libvolgrad.so pkgconfig/volgrad.pc)
+	rm -rf $(INSTALLED_LIB)/cmake/volgrad
+
 # ---- the rest ----
 
 deps:
@@ -144,6 +205,9 @@ deps:
 
 header:
 	UPDATE_HEADER=1 cargo test --features $(FEATURES) --test header
+
+abi: header
+	CC='$(CC)' $(PYTHON) tests/abi/abi.py --accept
 
 clean:
 	rm -rf $(BUILD)

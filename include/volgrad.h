@@ -9,6 +9,9 @@
  *    ask for the size, hand the memory over, free it when you like.
  *  - Structs that begin with struct_size are filled by their _default function or, if there is none, zeroed and given their size, so
  *    that programs built against an older header keep working. All other structs are frozen per VOLGRAD_ABI_VERSION. Reserved fields are 0.
+ *  - libvolgrad has all functions. libvolgrad_core, a static library for programs without an operating system or a C library, has all but
+ *    volgrad_exr_*, cannot panic, and needs only memcpy, memmove, memset and memcmp. (If a linker misses `volgrad_abort` too: some compilers
+ *    of Rust do not see that nothing leads to it. It is `void volgrad_abort(void)`, and does not return.)
  *  - Callbacks get `user` back, run on the thread that called volgrad, and must not throw or longjmp.
  *
  * The functions come in three layers, each complete without the next: kernels (lines, phase functions, paths), shifts for any
@@ -245,9 +248,6 @@ typedef enum volgrad_status volgrad_status;
 typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
-
-// What a vertex is.
-typedef struct Kind Kind;
 
 // A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
 typedef struct volgrad_chain volgrad_chain;
@@ -579,8 +579,6 @@ typedef struct volgrad_vertex {
   // Shading normal; this version reads the geometric one only. Set both alike.
   struct volgrad_vec3 shading_normal;
 } volgrad_vertex;
-// Where there is none: nothing comes from there.
-#define volgrad_vertex_NONE (volgrad_vertex){ .kind = Kind_Camera, .position = DVec3_ZERO }
 
 // A light path `x_0 ... x_k`, from the camera to a light. Null (index-matched) surfaces are no vertices.
 typedef struct volgrad_path {

@@ -17,6 +17,8 @@ need() { # PACKAGE TEST...
 need gcc have cc
 need g++ have g++
 need pkg-config have pkg-config
+need cmake have cmake
+need abigail-tools have abidiff
 need libembree-dev have_embree
 need libassimp-dev have_library assimp
 need libexpat1-dev have_library expat

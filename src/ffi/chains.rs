@@ -3,7 +3,7 @@
 use super::bidirectional::VOLGRAD_MAX_LENGTH;
 use super::bootstraps::{techniques, volgrad_chain_start, volgrad_chain_techniques};
 use super::films::{film, volgrad_film};
-use super::pointer::{check, exclusive, output, reference, sized, sized_over, write_sized};
+use super::pointer::{check, exclusive, output, reference, sized_over, write_sized};
 use super::samplers::{HostQueries, check_size};
 use super::scenes::{ALIGNMENT, check_memory, scene, volgrad_scene};
 use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, thesis_options, volgrad_shift_options};
@@ -274,10 +274,11 @@ fn numbers_of(chain: &volgrad_chain) -> usize {
 }
 
 /// # Safety
-/// As for `sized`, or NULL.
+/// As for `sized_over`, or NULL.
 pub(super) unsafe fn counted(stats: *mut volgrad_chain_stats) -> Result<volgrad_chain_stats, Fault> {
     // SAFETY: the caller's promise.
-    if stats.is_null() { Ok(volgrad_chain_stats::default()) } else { Ok(unsafe { sized(stats.cast_const()) }?) }
+    let none = volgrad_chain_stats::default();
+    if stats.is_null() { Ok(none) } else { Ok(unsafe { sized_over(stats.cast_const(), none) }?) }
 }
 
 /// # Safety

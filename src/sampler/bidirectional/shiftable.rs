@@ -16,6 +16,18 @@ pub struct Joined<'p, 'a> {
     pub connection: &'p Connection,
 }
 
+/// Beyond a path's ends: nothing comes from there.
+const NOWHERE: Vertex = Vertex {
+    kind: Kind::Camera,
+    position: DVec3::ZERO,
+    edge: Edge::NONE,
+    throughput: Colour::ZERO,
+    extinction: Colour::ONE,
+    density: 0.0,
+    reverse: 0.0,
+    epsilon: 0.0,
+};
+
 impl<'a> Joined<'_, 'a> {
     /// Number of the vertex on the light.
     pub fn last(&self) -> usize {
@@ -24,7 +36,7 @@ impl<'a> Joined<'_, 'a> {
 
     /// x_i.
     pub fn vertex(&self, i: usize) -> &Vertex<'a> {
-        self.camera.get(i).or_else(|| self.light.get(self.last() - i)).unwrap_or(&Vertex::NONE)
+        self.camera.get(i).or_else(|| self.light.get(self.last() - i)).unwrap_or(&NOWHERE)
     }
 
     /// The edge from x_i to x_{i+1}, as it arrives there.

@@ -57,20 +57,6 @@ pub struct Vertex<'a> {
     pub epsilon: f64,
 }
 
-impl Vertex<'_> {
-    /// Where there is none: nothing comes from there.
-    pub const NONE: Self = Self {
-        kind: Kind::Camera,
-        position: DVec3::ZERO,
-        edge: Edge::NONE,
-        throughput: Colour::ZERO,
-        extinction: Colour::ONE,
-        density: 0.0,
-        reverse: 0.0,
-        epsilon: 0.0,
-    };
-}
-
 /// A straight edge to a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
