@@ -60,7 +60,7 @@ $(BUILD) $(BUILD)/render $(BUILD)/tests:
 # ---- tests ----
 
 test: deps
-	$(MAKE) test-rust test-c test-cli test-scenes
+	$(MAKE) test-rust test-c test-cpp test-cli test-scenes
 
 test-rust:
 	cargo test --no-fail-fast --features $(FEATURES)
@@ -88,6 +88,27 @@ test-cli: $(RENDER) $(VENV)/ready
 
 test-scenes: $(RENDER) $(VENV)/ready
 	$(PY) tests/validate/scenes.py --quick --render $(RENDER) --output $(BUILD)/validate-quick
+
+# ---- C++: volgrad.hpp ----
+
+CXX_FLAGS = -std=c++11 -Wall -Wextra -Wpedantic -Werror -Iinclude $(CPPFLAGS) $(CXXFLAGS)
+CXX_HEADERS := include/volgrad.h include/volgrad.hpp tests/cpp/fog.hpp
+
+$(BUILD)/tests/no_exceptions_test.o: tests/cpp/no_exceptions_test.cpp $(CXX_HEADERS) | $(BUILD)/tests
+	$(CXX) $(CXX_FLAGS) $(SANITIZE) -fno-exceptions -fno-rtti -c $< -o $@
+
+$(BUILD)/tests/volgrad_test: tests/cpp/volgrad_test.cpp $(BUILD)/tests/no_exceptions_test.o $(CXX_HEADERS) $(LIBRARY)
+	$(CXX) $(CXX_FLAGS) $(SANITIZE) $< $(BUILD)/tests/no_exceptions_test.o $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+$(BUILD)/tests/fog: examples_c/fog.cpp $(CXX_HEADERS) $(LIBRARY) | $(BUILD)/tests
+	$(CXX) $(CXX_FLAGS) -O1 $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+# The lamp lights the ball: some of the picture is as bright as its characters go.
+.PHONY: test-cpp
+test-cpp: $(BUILD)/tests/volgrad_test $(BUILD)/tests/fog
+	cd $(BUILD)/tests && ./volgrad_test
+	$(BUILD)/tests/fog | grep -q '@@@@'
+	CXX='$(CXX)' sh tests/cpp/header_compiles.sh
 
 # ---- the long checks, the demo ----
 
