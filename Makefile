@@ -110,6 +110,35 @@ test-cpp: $(BUILD)/tests/volgrad_test $(BUILD)/tests/fog
 	$(BUILD)/tests/fog | grep -q '@@@@'
 	CXX='$(CXX)' sh tests/cpp/header_compiles.sh
 
+# ---- what only other tools see: valgrind, and the thread sanitizer of a nightly Rust ----
+
+MEMCHECK_TESTS := $(patsubst tests/c/%.c,$(BUILD)/memcheck/%,$(wildcard tests/c/*.c))
+TSAN := $(TARGET)/thread-sanitizer
+TSAN_TRIPLE := $(shell rustc -vV | sed -n 's/host: //p')
+
+$(BUILD)/memcheck $(BUILD)/tsan:
+	mkdir -p $@
+
+$(MEMCHECK_TESTS): $(BUILD)/memcheck/%: tests/c/%.c $(wildcard tests/c/*.h) include/volgrad.h $(LIBRARY) | $(BUILD)/memcheck
+	$(CC) $(C_FLAGS) -O1 -g $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+# No read of what was never written, no access out of bounds, no leak, in the C tests; some minutes.
+.PHONY: memcheck
+memcheck: $(MEMCHECK_TESTS)
+	@set -e; for t in $(MEMCHECK_TESTS); do \
+		echo $$t; valgrind -q --error-exitcode=1 --leak-check=full --suppressions=tests/c/valgrind.supp $$t; done
+
+# Shared const objects from four threads. std is not instrumented: the core does not use it. The runtime is Rust's: clang's may be older.
+test-threads: TSAN_RUNTIME = $(shell rustc +nightly --print sysroot)/lib/rustlib/$(TSAN_TRIPLE)/lib/librustc-nightly_rt.tsan.a
+.PHONY: test-threads
+test-threads: tests/c/threads_test.c | $(BUILD)/tsan
+	RUSTFLAGS='-Zsanitizer=thread -Cunsafe-allow-abi-mismatch=sanitizer' CARGO_PROFILE_RELEASE_LTO=off CARGO_TARGET_DIR=$(TSAN) \
+		cargo +nightly rustc --release --lib --features $(FEATURES) --crate-type staticlib --target $(TSAN_TRIPLE)
+	clang $(C_FLAGS) -O1 -g -fsanitize=thread -c $< -o $(BUILD)/tsan/threads_test.o
+	clang $(BUILD)/tsan/threads_test.o $(TSAN)/$(TSAN_TRIPLE)/release/libvolgrad.a \
+		-Wl,--whole-archive $(TSAN_RUNTIME) -Wl,--no-whole-archive -lpthread -ldl -lm -lrt -lresolv -o $(BUILD)/tsan/threads_test
+	$(BUILD)/tsan/threads_test
+
 # ---- the long checks, the demo ----
 
 validate: deps
