@@ -81,7 +81,7 @@ $(BUILD) $(BUILD)/render $(BUILD)/tests:
 # ---- tests ----
 
 test: deps
-	$(MAKE) test-rust test-c test-packaging test-cli test-scenes
+	$(MAKE) test-rust test-c test-cpp test-packaging test-cli test-scenes
 
 test-rust:
 	cargo test --no-fail-fast --features $(FEATURES)
@@ -122,6 +122,56 @@ test-cli: $(RENDER) $(VENV)/ready
 
 test-scenes: $(RENDER) $(VENV)/ready
 	$(PY) tests/validate/scenes.py --quick --render $(RENDER) --output $(BUILD)/validate-quick
+
+# ---- C++: volgrad.hpp ----
+
+CXX_FLAGS = -std=c++11 -Wall -Wextra -Wpedantic -Werror -Iinclude $(CPPFLAGS) $(CXXFLAGS)
+CXX_HEADERS := include/volgrad.h include/volgrad.hpp tests/cpp/fog.hpp
+
+$(BUILD)/tests/no_exceptions_test.o: tests/cpp/no_exceptions_test.cpp $(CXX_HEADERS) | $(BUILD)/tests
+	$(CXX) $(CXX_FLAGS) $(SANITIZE) -fno-exceptions -fno-rtti -c $< -o $@
+
+$(BUILD)/tests/volgrad_test: tests/cpp/volgrad_test.cpp $(BUILD)/tests/no_exceptions_test.o $(CXX_HEADERS) $(LIBRARY)
+	$(CXX) $(CXX_FLAGS) $(SANITIZE) $< $(BUILD)/tests/no_exceptions_test.o $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+$(BUILD)/tests/fog: examples_c/fog.cpp $(CXX_HEADERS) $(LIBRARY) | $(BUILD)/tests
+	$(CXX) $(CXX_FLAGS) -O1 $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+# The lamp lights the ball: some of the picture is as bright as its characters go.
+.PHONY: test-cpp
+test-cpp: $(BUILD)/tests/volgrad_test $(BUILD)/tests/fog
+	cd $(BUILD)/tests && ./volgrad_test
+	$(BUILD)/tests/fog | grep -q '@@@@'
+	CXX='$(CXX)' sh tests/cpp/header_compiles.sh
+
+# ---- what only other tools see: valgrind, and the thread sanitizer of a nightly Rust ----
+
+MEMCHECK_TESTS := $(patsubst tests/c/%.c,$(BUILD)/memcheck/%,$(wildcard tests/c/*.c))
+TSAN := $(TARGET)/thread-sanitizer
+TSAN_TRIPLE := $(shell rustc -vV | sed -n 's/host: //p')
+
+$(BUILD)/memcheck $(BUILD)/tsan:
+	mkdir -p $@
+
+$(MEMCHECK_TESTS): $(BUILD)/memcheck/%: tests/c/%.c $(wildcard tests/c/*.h) include/volgrad.h $(LIBRARY) | $(BUILD)/memcheck
+	$(CC) $(C_FLAGS) -O1 -g $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+# No read of what was never written, no access out of bounds, no leak, in the C tests; some minutes.
+.PHONY: memcheck
+memcheck: $(MEMCHECK_TESTS)
+	@set -e; for t in $(MEMCHECK_TESTS); do \
+		echo $$t; valgrind -q --error-exitcode=1 --leak-check=full --suppressions=tests/c/valgrind.supp $$t; done
+
+# Shared const objects from four threads. std is not instrumented: the core does not use it. The runtime is Rust's: clang's may be older.
+test-threads: TSAN_RUNTIME = $(shell rustc +nightly --print sysroot)/lib/rustlib/$(TSAN_TRIPLE)/lib/librustc-nightly_rt.tsan.a
+.PHONY: test-threads
+test-threads: tests/c/threads_test.c | $(BUILD)/tsan
+	RUSTFLAGS='-Zsanitizer=thread -Cunsafe-allow-abi-mismatch=sanitizer' CARGO_PROFILE_RELEASE_LTO=off CARGO_TARGET_DIR=$(TSAN) \
+		cargo +nightly rustc --release --lib --features $(FEATURES) --crate-type staticlib --target $(TSAN_TRIPLE)
+	clang $(C_FLAGS) -O1 -g -fsanitize=thread -c $< -o $(BUILD)/tsan/threads_test.o
+	clang $(BUILD)/tsan/threads_test.o $(TSAN)/$(TSAN_TRIPLE)/release/libvolgrad.a \
+		-Wl,--whole-archive $(TSAN_RUNTIME) -Wl,--no-whole-archive -lpthread -ldl -lm -lrt -lresolv -o $(BUILD)/tsan/threads_test
+	$(BUILD)/tsan/threads_test
 
 # ---- the long checks, the demo ----
 

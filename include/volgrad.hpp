@@ -1,0 +1,589 @@
+/* volgrad for C++11 and later: volgrad.h with memory that frees itself, arrays that know their length, callbacks that may throw, and
+ * errors as exceptions. Header-only; links with the same library. What it does not say, volgrad.h says: volgrad::film_size is
+ * volgrad_film_size, and structs keep their C names.
+ *
+ * Errors: every fallible function returns volgrad::result. That is void, and errors are thrown as volgrad::error; or, without exceptions
+ * (-fno-exceptions, or VOLGRAD_NO_EXCEPTIONS defined), volgrad_status. Both may be mixed in one program.
+ *
+ * Hosts: wherever C takes volgrad_queries, this takes any object with
+ *     intersect(volgrad::span<const volgrad_ray>, volgrad::span<volgrad_hit>)     and the same named occluded,
+ * which return nothing, or 0 to go on and another value to stop. What they throw stops the call, goes no further than volgrad's frames, and
+ * is thrown again from the function that was called. make_host makes such an object of two lambdas; a volgrad_queries is one, too.
+ * volgrad calls the host from the calling thread; one host may serve many threads if its functions may be called so. */
+
+#ifndef VOLGRAD_HPP
+#define VOLGRAD_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "volgrad.h"
+
+#if !defined(VOLGRAD_NO_EXCEPTIONS) && !defined(__cpp_exceptions) && !defined(__EXCEPTIONS) && !defined(_CPPUNWIND)
+#define VOLGRAD_NO_EXCEPTIONS
+#endif
+
+namespace volgrad {
+
+/* ---- errors ---- */
+
+/* A status in words. */
+inline const char *status_message(volgrad_status status) { return volgrad_status_message(static_cast<std::int32_t>(status)); }
+
+/* Whether header and library belong together. */
+inline bool abi_matches() { return volgrad_abi_version() == VOLGRAD_ABI_VERSION; }
+
+inline const char *version() { return volgrad_version(); }
+
+/* A zeroed struct of those that begin with their size. */
+template <class T> T sized() {
+    T value = T();
+    value.struct_size = static_cast<std::uint32_t>(sizeof value);
+    return value;
+}
+
+/* Two namespaces, so that files with and without exceptions share no function. */
+#ifndef VOLGRAD_NO_EXCEPTIONS
+inline namespace throwing {
+
+/* What a call of the library returned, and which field of its arguments is to blame, if it says so. */
+class error : public std::runtime_error {
+  public:
+    explicit error(volgrad_status status, const volgrad_error &place = volgrad_error())
+        : std::runtime_error(words(status, place)), status_(status), place_(place) {}
+    volgrad_status status() const noexcept { return status_; }
+    /* NULL if no field is to blame. */
+    const char *field() const noexcept { return place_.field; }
+    std::uint32_t index() const noexcept { return place_.index; }
+
+  private:
+    static std::string words(volgrad_status status, const volgrad_error &place) {
+        std::string text = std::string("volgrad: ") + status_message(status);
+        return place.field ? text + ": " + place.field + " of number " + std::to_string(place.index) : text;
+    }
+    volgrad_status status_;
+    volgrad_error place_;
+};
+
+typedef void result;
+
+namespace detail {
+inline void finish(volgrad_status status) {
+    if (status != VOLGRAD_OK) throw error(status);
+}
+inline void finish(volgrad_status status, const volgrad_error &place) {
+    if (status != VOLGRAD_OK) throw error(status, place);
+}
+} // namespace detail
+#else
+inline namespace returning {
+
+typedef volgrad_status result;
+
+namespace detail {
+inline volgrad_status finish(volgrad_status status) { return status; }
+inline volgrad_status finish(volgrad_status status, const volgrad_error &) { return status; }
+} // namespace detail
+#endif
+
+/* ---- arrays ---- */
+
+/* A pointer and a number of values, which belong to somebody else. */
+template <class T> class span {
+  public:
+    span() noexcept : data_(nullptr), size_(0) {}
+    span(T *data, std::size_t size) noexcept : data_(data), size_(size) {}
+    template <std::size_t N> span(T (&array)[N]) noexcept : data_(array), size_(N) {}
+    /* Of std::vector, std::array, another span: whatever has data() and size(). */
+    template <class C, class = typename std::enable_if<std::is_convertible<
+                           typename std::remove_pointer<decltype(std::declval<C &>().data())>::type (*)[], T (*)[]>::value>::type>
+    span(C &&container) noexcept : data_(container.data()), size_(container.size()) {}
+    T *data() const noexcept { return data_; }
+    std::size_t size() const noexcept { return size_; }
+    bool empty() const noexcept { return size_ == 0; }
+    T *begin() const noexcept { return data_; }
+    T *end() const noexcept { return data_ + size_; }
+    T &operator[](std::size_t i) const noexcept { return data_[i]; }
+
+  private:
+    T *data_;
+    std::size_t size_;
+};
+
+namespace detail {
+
+/* Counts that C takes in 32 bits: more is an error there, not another count. */
+inline std::uint32_t count32(std::size_t count) {
+    const std::size_t most = (std::numeric_limits<std::uint32_t>::max)();
+    return static_cast<std::uint32_t>(count < most ? count : most);
+}
+
+/* Memory for an object, aligned to 16 bytes in every C++. Moving it does not move what is in it. */
+class memory {
+  public:
+    memory() noexcept : place_(nullptr), bytes_(0) {}
+    memory(memory &&other) noexcept : block_(std::move(other.block_)), place_(other.place_), bytes_(other.bytes_) { other.forget(); }
+    memory &operator=(memory &&other) noexcept {
+        block_ = std::move(other.block_), place_ = other.place_, bytes_ = other.bytes_;
+        other.forget();
+        return *this;
+    }
+    void take(std::size_t bytes) {
+        enum { ALIGNMENT = 16 };
+#ifndef VOLGRAD_NO_EXCEPTIONS
+        block_.reset(new unsigned char[bytes + ALIGNMENT]);
+#else
+        block_.reset(new (std::nothrow) unsigned char[bytes + ALIGNMENT]);
+#endif
+        const std::size_t over = reinterpret_cast<std::uintptr_t>(block_.get()) % ALIGNMENT;
+        place_ = block_ ? block_.get() + (ALIGNMENT - over) % ALIGNMENT : nullptr; /* NULL: VOLGRAD_ERROR_NULL */
+        bytes_ = bytes;
+    }
+    void *get() const noexcept { return place_; }
+    std::size_t size() const noexcept { return bytes_; }
+
+  private:
+    void forget() noexcept { place_ = nullptr, bytes_ = 0; }
+    std::unique_ptr<unsigned char[]> block_;
+    unsigned char *place_;
+    std::size_t bytes_;
+};
+
+/* ---- hosts ---- */
+
+template <class F, class Rays, class Hits> auto answer(F &&f, Rays rays, Hits hits) ->
+    typename std::enable_if<std::is_void<decltype(f(rays, hits))>::value, std::int32_t>::type {
+    f(rays, hits);
+    return 0;
+}
+template <class F, class Rays, class Hits> auto answer(F &&f, Rays rays, Hits hits) ->
+    typename std::enable_if<!std::is_void<decltype(f(rays, hits))>::value, std::int32_t>::type {
+    return static_cast<std::int32_t>(f(rays, hits));
+}
+
+template <class Host> struct ask_intersect {
+    Host &host;
+    auto operator()(span<const volgrad_ray> rays, span<volgrad_hit> hits) const -> decltype(host.intersect(rays, hits)) {
+        return host.intersect(rays, hits);
+    }
+};
+template <class Host> struct ask_occluded {
+    Host &host;
+    auto operator()(span<const volgrad_ray> rays, span<volgrad_hit> hits) const -> decltype(host.occluded(rays, hits)) {
+        return host.occluded(rays, hits);
+    }
+};
+
+/* A C++ host for the time of one call, with what it threw. */
+template <class Host> class bridge {
+  public:
+    explicit bridge(Host &host) : host_(host), queries_(sized<volgrad_queries>()) {
+        queries_.user = this;
+        queries_.intersect = [](void *user, const volgrad_ray *rays, volgrad_hit *hits, std::uint32_t count) -> std::int32_t {
+            bridge &self = *static_cast<bridge *>(user);
+            return self.guarded(ask_intersect<Host>{self.host_}, rays, hits, count);
+        };
+        queries_.occluded = [](void *user, const volgrad_ray *rays, volgrad_hit *hits, std::uint32_t count) -> std::int32_t {
+            bridge &self = *static_cast<bridge *>(user);
+            return self.guarded(ask_occluded<Host>{self.host_}, rays, hits, count);
+        };
+    }
+    bridge(const bridge &) = delete;
+    bridge &operator=(const bridge &) = delete;
+    const volgrad_queries *get() const noexcept { return &queries_; }
+    result finish(volgrad_status status) const {
+#ifndef VOLGRAD_NO_EXCEPTIONS
+        if (thrown_) std::rethrow_exception(thrown_);
+#endif
+        return detail::finish(status);
+    }
+
+  private:
+    template <class Ask>
+    std::int32_t guarded(Ask ask, const volgrad_ray *rays, volgrad_hit *hits, std::uint32_t count) noexcept {
+        const span<const volgrad_ray> questions(rays, count);
+        const span<volgrad_hit> answers(hits, count);
+#ifndef VOLGRAD_NO_EXCEPTIONS
+        try {
+            return answer(ask, questions, answers);
+        } catch (...) {
+            thrown_ = std::current_exception();
+            return -1;
+        }
+#else
+        return answer(ask, questions, answers);
+#endif
+    }
+    Host &host_;
+    volgrad_queries queries_;
+#ifndef VOLGRAD_NO_EXCEPTIONS
+    std::exception_ptr thrown_;
+#endif
+};
+
+/* C's own pass through. */
+template <> class bridge<const volgrad_queries> {
+  public:
+    explicit bridge(const volgrad_queries &queries) : queries_(queries) {}
+    const volgrad_queries *get() const noexcept { return &queries_; }
+    result finish(volgrad_status status) const { return detail::finish(status); }
+
+  private:
+    const volgrad_queries &queries_;
+};
+template <> class bridge<volgrad_queries> : public bridge<const volgrad_queries> {
+  public:
+    using bridge<const volgrad_queries>::bridge;
+};
+
+template <class Host> using bridge_to = bridge<typename std::remove_reference<Host>::type>;
+
+} // namespace detail
+
+/* A host made of two functions. */
+template <class Intersect, class Occluded> struct host_of {
+    Intersect intersect;
+    Occluded occluded;
+};
+template <class Intersect, class Occluded>
+host_of<typename std::decay<Intersect>::type, typename std::decay<Occluded>::type> make_host(Intersect &&f, Occluded &&g) {
+    return {std::forward<Intersect>(f), std::forward<Occluded>(g)};
+}
+
+/* A density that two functions compute, for volgrad_medium.custom; must stay where it is as long as the scene. `density` gets
+ * (span<const volgrad_vec3>, span<float>), `gradient` (span<const volgrad_vec3>, span<volgrad_vec3>). What they throw ends there: the
+ * points become NaN, which counts as 0 and in scene::dropped_densities. Called by all threads that use the scene. */
+template <class Density, class Gradient> class custom_density {
+  public:
+    custom_density(Density density, Gradient gradient, float step, float majorant)
+        : c_(sized<volgrad_custom_density>()), density_(std::move(density)), gradient_(std::move(gradient)) {
+        c_.user = this, c_.step = step, c_.majorant = majorant;
+        c_.density = [](void *user, const volgrad_vec3 *points, float *values, std::uint32_t count) {
+            guarded(static_cast<custom_density *>(user)->density_, points, values, count, not_a_number());
+        };
+        c_.gradient = [](void *user, const volgrad_vec3 *points, volgrad_vec3 *values, std::uint32_t count) {
+            const volgrad_vec3 none = {not_a_number(), not_a_number(), not_a_number()};
+            guarded(static_cast<custom_density *>(user)->gradient_, points, values, count, none);
+        };
+    }
+    custom_density(const custom_density &) = delete;
+    custom_density &operator=(const custom_density &) = delete;
+    const volgrad_custom_density *get() const noexcept { return &c_; }
+
+  private:
+    static float not_a_number() { return std::numeric_limits<float>::quiet_NaN(); }
+    template <class F, class T>
+    static void guarded(const F &f, const volgrad_vec3 *points, T *values, std::uint32_t count, T none) noexcept {
+        const span<const volgrad_vec3> where(points, count);
+        const span<T> what(values, count);
+#ifndef VOLGRAD_NO_EXCEPTIONS
+        try {
+            f(where, what);
+        } catch (...) {
+            for (T &value : what) value = none;
+        }
+#else
+        (void)none;
+        f(where, what);
+#endif
+    }
+    volgrad_custom_density c_;
+    Density density_;
+    Gradient gradient_;
+};
+
+/* ---- options, with their defaults ---- */
+
+namespace detail {
+template <class T> T defaults(volgrad_status (*fill)(T *, std::uintptr_t)) {
+    T options;
+    (void)fill(&options, sizeof options); /* fails for no options of this header's size */
+    return options;
+}
+} // namespace detail
+
+inline volgrad_shift_options shift_options_default() { return detail::defaults(volgrad_shift_options_default); }
+inline volgrad_path_sampler_options path_sampler_options_default() { return detail::defaults(volgrad_path_sampler_options_default); }
+inline volgrad_bidirectional_options bidirectional_options_default() { return detail::defaults(volgrad_bidirectional_options_default); }
+inline volgrad_chain_options chain_options_default() { return detail::defaults(volgrad_chain_options_default); }
+inline volgrad_transmittance_options transmittance_options_default() { return detail::defaults(volgrad_transmittance_options_default); }
+
+/* ---- objects that own their memory: movable, not copyable, empty until init ---- */
+
+/* A film. */
+class film {
+  public:
+    film() noexcept : film_(nullptr) {}
+    film(film &&other) noexcept : memory_(std::move(other.memory_)), film_(other.film_) { other.film_ = nullptr; }
+    film &operator=(film &&other) noexcept {
+        memory_ = std::move(other.memory_), film_ = other.film_, other.film_ = nullptr;
+        return *this;
+    }
+#ifndef VOLGRAD_NO_EXCEPTIONS
+    film(std::uint32_t width, std::uint32_t height) : film_(nullptr) { init(width, height); }
+#endif
+    result init(std::uint32_t width, std::uint32_t height) {
+        std::uintptr_t bytes = 0;
+        film_ = nullptr;
+        volgrad_status status = volgrad_film_size(width, height, &bytes);
+        if (status == VOLGRAD_OK) {
+            memory_.take(bytes);
+            status = volgrad_film_init(memory_.get(), bytes, width, height, &film_);
+        }
+        return detail::finish(status);
+    }
+    result add(span<const volgrad_splat> splats) { return detail::finish(volgrad_film_add(film_, splats.data(), splats.size())); }
+    result merge(const volgrad_film *from) { return detail::finish(volgrad_film_merge(film_, from)); }
+    result develop(double scale, span<float> rgb) const {
+        return detail::finish(volgrad_film_develop(film_, scale, rgb.data(), rgb.size()));
+    }
+    result dropped(std::uint64_t &count) const { return detail::finish(volgrad_film_dropped(film_, &count)); }
+    /* Wherever C takes a film. */
+    operator volgrad_film *() noexcept { return film_; }
+    operator const volgrad_film *() const noexcept { return film_; }
+
+  private:
+    detail::memory memory_;
+    volgrad_film *film_;
+};
+
+/* A scene, or with init_guide a guided one. What volgrad_scene_init borrows must outlive it, and so must the scene that a guided one is made of. */
+class scene {
+  public:
+    scene() noexcept : scene_(nullptr) {}
+    scene(scene &&other) noexcept : memory_(std::move(other.memory_)), scene_(other.scene_) { other.scene_ = nullptr; }
+    scene &operator=(scene &&other) noexcept {
+        memory_ = std::move(other.memory_), scene_ = other.scene_, other.scene_ = nullptr;
+        return *this;
+    }
+#ifndef VOLGRAD_NO_EXCEPTIONS
+    explicit scene(const volgrad_scene_desc &desc) : scene_(nullptr) { init(desc); }
+#endif
+    /* `place`, if not NULL, says which field was wrong; the exception does, too. */
+    result init(const volgrad_scene_desc &desc, volgrad_error *place = nullptr) {
+        volgrad_error wrong = sized<volgrad_error>();
+        std::uintptr_t bytes = 0;
+        scene_ = nullptr;
+        volgrad_status status = volgrad_scene_size(&desc, &bytes);
+        if (status == VOLGRAD_OK) memory_.take(bytes);
+        /* Whatever was wrong with the size, this names it. */
+        status = volgrad_scene_init(memory_.get(), status == VOLGRAD_OK ? bytes : 0, &desc, &scene_, &wrong);
+        if (place) *place = wrong;
+        return detail::finish(status, wrong);
+    }
+    /* volgrad_guide_init: `unguided`, with the guides that `lesson` tells. */
+    result init_guide(const volgrad_scene *unguided, volgrad_film *lesson) {
+        std::uintptr_t bytes = 0;
+        scene_ = nullptr;
+        volgrad_status status = volgrad_guide_size(unguided, &bytes);
+        if (status == VOLGRAD_OK) {
+            memory_.take(bytes);
+            status = volgrad_guide_init(memory_.get(), bytes, unguided, lesson, &scene_);
+        }
+        return detail::finish(status);
+    }
+    result dropped_densities(std::uint64_t &count) const { return detail::finish(volgrad_scene_dropped_densities(scene_, &count)); }
+    /* Wherever C takes a scene. */
+    operator const volgrad_scene *() const noexcept { return scene_; }
+
+  private:
+    detail::memory memory_;
+    const volgrad_scene *scene_;
+};
+
+/* A chain. */
+class chain {
+  public:
+    chain() noexcept : chain_(nullptr) {}
+    chain(chain &&other) noexcept : memory_(std::move(other.memory_)), chain_(other.chain_) { other.chain_ = nullptr; }
+    chain &operator=(chain &&other) noexcept {
+        memory_ = std::move(other.memory_), chain_ = other.chain_, other.chain_ = nullptr;
+        return *this;
+    }
+    template <class Host>
+    result init(const volgrad_scene *scene, Host &&host, const volgrad_chain_options &options, const volgrad_chain_techniques *techniques,
+                const volgrad_chain_start &start, volgrad_chain_stats *stats = nullptr) {
+        detail::bridge_to<Host> queries(host);
+        std::uintptr_t bytes = 0;
+        chain_ = nullptr;
+        volgrad_status status = volgrad_chain_size(&options, &bytes);
+        if (status == VOLGRAD_OK) {
+            memory_.take(bytes);
+            status = volgrad_chain_init(memory_.get(), bytes, scene, queries.get(), &options, techniques, &start, stats, &chain_);
+        }
+        return queries.finish(status);
+    }
+    template <class Host>
+    result run(const volgrad_scene *scene, Host &&host, std::uint64_t mutations, volgrad_film *film, volgrad_chain_stats *stats = nullptr) {
+        detail::bridge_to<Host> queries(host);
+        return queries.finish(volgrad_chain_run(chain_, scene, queries.get(), mutations, film, stats));
+    }
+    template <class Host>
+    result flush(const volgrad_scene *scene, Host &&host, volgrad_film *film, volgrad_chain_stats *stats = nullptr) const {
+        detail::bridge_to<Host> queries(host);
+        return queries.finish(volgrad_chain_flush(chain_, scene, queries.get(), film, stats));
+    }
+    operator volgrad_chain *() noexcept { return chain_; }
+    operator const volgrad_chain *() const noexcept { return chain_; }
+
+  private:
+    detail::memory memory_;
+    volgrad_chain *chain_;
+};
+
+/* ---- kernels ---- */
+
+/* Views of arrays that must outlive them. A path whose arrays do not fit each other is left to volgrad_path_validate. */
+inline volgrad_line line(volgrad_vec3 origin, volgrad_vec3 direction, float length, span<const volgrad_segment> segments) {
+    return {origin, direction, length, detail::count32(segments.size()), segments.data()};
+}
+inline volgrad_path path(span<const volgrad_vertex> vertices, span<const volgrad_segment> segments, span<const std::uint32_t> edge_ends) {
+    const std::size_t ended = edge_ends.size() + 1; /* so many vertices have their edges */
+    const std::uint32_t count = detail::count32(vertices.size() < ended ? vertices.size() : ended);
+    return {vertices.data(), segments.data(), edge_ends.data(), count, detail::count32(segments.size())};
+}
+
+inline result line_optical_depth(const volgrad_scene *scene, const volgrad_line &line, volgrad_optical_depth &depth) {
+    return detail::finish(volgrad_line_optical_depth(scene, &line, &depth));
+}
+inline result line_tau(const volgrad_scene *scene, const volgrad_line &line, volgrad_rgb &tau) {
+    return detail::finish(volgrad_line_tau(scene, &line, &tau));
+}
+inline result line_sample_distance(const volgrad_scene *scene, const volgrad_line &line, double u, volgrad_flight &flight) {
+    return detail::finish(volgrad_line_sample_distance(scene, &line, u, &flight));
+}
+inline result line_invert_distance(const volgrad_scene *scene, const volgrad_line &line, double &u) {
+    return detail::finish(volgrad_line_invert_distance(scene, &line, &u));
+}
+inline result line_transmittance_estimate(const volgrad_scene *scene, const volgrad_line &line, const volgrad_transmittance_options &options,
+                                          std::uint64_t seed, std::uint64_t index, volgrad_transmittance_estimate &estimate) {
+    return detail::finish(volgrad_line_transmittance_estimate(scene, &line, &options, seed, index, &estimate));
+}
+inline result phase_eval(const volgrad_phase &phase, volgrad_vec3 to_previous, volgrad_vec3 to_next, volgrad_phase_value &value) {
+    return detail::finish(volgrad_phase_eval(&phase, to_previous, to_next, &value));
+}
+inline result phase_sample(const volgrad_phase &phase, volgrad_vec3 to_previous, double u0, double u1, volgrad_vec3 &to_next) {
+    return detail::finish(volgrad_phase_sample(&phase, to_previous, u0, u1, &to_next));
+}
+inline result phase_invert(const volgrad_phase &phase, volgrad_vec3 to_previous, volgrad_vec3 to_next, double &u0, double &u1) {
+    return detail::finish(volgrad_phase_invert(&phase, to_previous, to_next, &u0, &u1));
+}
+
+/* `place`, if not NULL, says which vertex was wrong; the exception does, too. */
+inline result path_validate(const volgrad_scene *scene, const volgrad_path &path, volgrad_error *place = nullptr) {
+    volgrad_error wrong = sized<volgrad_error>();
+    const volgrad_status status = volgrad_path_validate(scene, &path, &wrong);
+    if (place) *place = wrong;
+    return detail::finish(status, wrong);
+}
+inline result path_contribution(const volgrad_scene *scene, const volgrad_path &path, double (&rgb)[3]) {
+    return detail::finish(volgrad_path_contribution(scene, &path, rgb));
+}
+inline result path_factors(const volgrad_scene *scene, const volgrad_path &path, span<volgrad_path_factor> factors) {
+    return detail::finish(volgrad_path_factors(scene, &path, factors.data(), factors.size()));
+}
+inline result path_log_gradient(const volgrad_scene *scene, const volgrad_path &path, std::uint32_t vertex, volgrad_gradient &gradient) {
+    return detail::finish(volgrad_path_log_gradient(scene, &path, vertex, &gradient));
+}
+inline result path_run_log_gradient(const volgrad_scene *scene, const volgrad_path &path, std::uint32_t first, std::uint32_t count,
+                                    volgrad_gradient &gradient) {
+    return detail::finish(volgrad_path_run_log_gradient(scene, &path, first, count, &gradient));
+}
+inline result path_run_log_derivative(const volgrad_scene *scene, const volgrad_path &path, std::uint32_t first, std::uint32_t count,
+                                      volgrad_derivative &derivative) {
+    return detail::finish(volgrad_path_run_log_derivative(scene, &path, first, count, &derivative));
+}
+
+/* ---- shifts ---- */
+
+/* `count` of `splats` are written. */
+template <class Host>
+result shift_path(const volgrad_scene *scene, Host &&host, const volgrad_shift_options &options, const volgrad_path &path, volgrad_rgb weight,
+                  std::uint64_t seed, std::uint64_t index, span<volgrad_splat> splats, std::uint32_t &count) {
+    detail::bridge_to<Host> queries(host);
+    const std::uint32_t capacity = detail::count32(splats.size());
+    return queries.finish(
+        volgrad_shift_path(scene, queries.get(), &options, &path, weight, seed, index, splats.data(), capacity, &count));
+}
+
+/* ---- samplers ---- */
+
+template <class Host>
+result path_sampler_run(const volgrad_scene *scene, Host &&host, const volgrad_path_sampler_options &options, std::uint64_t pass,
+                        std::uint32_t first_pixel, std::uint32_t pixel_count, volgrad_film *film,
+                        volgrad_path_sampler_stats *stats = nullptr) {
+    detail::bridge_to<Host> queries(host);
+    return queries.finish(volgrad_path_sampler_run(scene, queries.get(), &options, pass, first_pixel, pixel_count, film, stats));
+}
+template <class Host>
+result bidirectional_run(const volgrad_scene *scene, Host &&host, const volgrad_bidirectional_options &options, std::uint64_t pass,
+                         std::uint32_t first_pixel, std::uint32_t pixel_count, volgrad_film *film,
+                         volgrad_path_sampler_stats *stats = nullptr) {
+    detail::bridge_to<Host> queries(host);
+    return queries.finish(volgrad_bidirectional_run(scene, queries.get(), &options, pass, first_pixel, pixel_count, film, stats));
+}
+template <class Host>
+result bidirectional_run_technique(const volgrad_scene *scene, Host &&host, const volgrad_bidirectional_options &options,
+                                   std::uint32_t light_vertices, std::uint32_t camera_vertices, bool weighted, std::uint64_t pass,
+                                   std::uint32_t first_pixel, std::uint32_t pixel_count, volgrad_film *film,
+                                   volgrad_path_sampler_stats *stats = nullptr) {
+    detail::bridge_to<Host> queries(host);
+    return queries.finish(volgrad_bidirectional_run_technique(scene, queries.get(), &options, light_vertices, camera_vertices, weighted,
+                                                              pass, first_pixel, pixel_count, film, stats));
+}
+
+inline result guide_film_size(const volgrad_scene *scene, std::uint32_t &width, std::uint32_t &height) {
+    return detail::finish(volgrad_guide_film_size(scene, &width, &height));
+}
+template <class Host>
+result guide_learn(const volgrad_scene *scene, Host &&host, const volgrad_bidirectional_options &options, std::uint64_t pass,
+                   std::uint32_t first_pixel, std::uint32_t pixel_count, volgrad_film *lesson,
+                   volgrad_path_sampler_stats *stats = nullptr) {
+    detail::bridge_to<Host> queries(host);
+    return queries.finish(volgrad_guide_learn(scene, queries.get(), &options, pass, first_pixel, pixel_count, lesson, stats));
+}
+
+template <class Host>
+result chain_bootstrap(const volgrad_scene *scene, Host &&host, const volgrad_chain_options &options,
+                       const volgrad_chain_techniques *techniques, std::uint64_t first, span<float> weights,
+                       volgrad_chain_stats *stats = nullptr) {
+    detail::bridge_to<Host> queries(host);
+    const std::uint32_t count = detail::count32(weights.size());
+    return queries.finish(volgrad_chain_bootstrap(scene, queries.get(), &options, techniques, first, count, weights.data(), stats));
+}
+inline result chain_learn(const volgrad_chain_options &options, span<const float> weights, volgrad_chain_techniques &techniques) {
+    return detail::finish(volgrad_chain_learn(&options, weights.data(), weights.size(), &techniques));
+}
+/* Without `starts` only the result. */
+inline result chain_plan(const volgrad_chain_options &options, const volgrad_chain_techniques *techniques, span<const float> weights,
+                         std::uint32_t wanted, span<volgrad_chain_start> starts, volgrad_chain_plan_result &plan) {
+    plan = sized<volgrad_chain_plan_result>();
+    return detail::finish(volgrad_chain_plan(&options, techniques, weights.data(), weights.size(), wanted, starts.data(),
+                                             detail::count32(starts.size()), &plan));
+}
+
+/* ---- images ---- */
+
+inline result exr_write(const char *path, const volgrad_exr_layout &layout, span<const float> rgb,
+                        span<const volgrad_exr_attribute> attributes = span<const volgrad_exr_attribute>()) {
+    return detail::finish(
+        volgrad_exr_write(path, &layout, rgb.data(), rgb.size(), attributes.data(), detail::count32(attributes.size())));
+}
+inline result exr_read_layout(const char *path, volgrad_exr_layout &layout) {
+    return detail::finish(volgrad_exr_read_layout(path, &layout));
+}
+inline result exr_read(const char *path, span<float> rgb) { return detail::finish(volgrad_exr_read(path, rgb.data(), rgb.size())); }
+
+} // namespace throwing or returning
+} // namespace volgrad
+
+#endif
