@@ -5,6 +5,7 @@ set -eu
 have() { command -v "$1" >/dev/null 2>&1; }
 have_library() { have pkg-config && pkg-config --exists "$1"; }
 have_embree() { [ -e /usr/include/embree4/rtcore.h ] || [ -e /usr/include/embree3/rtcore.h ]; }
+have_nanovdb() { echo '#include <nanovdb/PNanoVDB.h>' | cc -x c -fsyntax-only - 2>/dev/null; }
 have_venv() { have python3 && python3 -c 'import ensurepip, venv' 2>/dev/null; }
 
 missing=
@@ -25,6 +26,7 @@ need libexpat1-dev have_library expat
 need libpng-dev have_library libpng
 need zlib1g-dev have_library zlib
 need python3-venv have_venv
+need libnanovdb-dev have_nanovdb
 
 if ! have cargo; then
     echo "Rust is missing: see https://rustup.rs" >&2

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "nvdb.h"
 #include "reader.h"
 #include "vol_file.h"
 
@@ -73,6 +74,13 @@ static int read_grid_box(const xml_node *node, const vol_grid *grid, transform *
     return 1;
 }
 
+static void set_map(volgrad_medium *medium, const transform *to_world)
+{
+    for (int i = 0; i < 12; i++) {
+        medium->local_to_world[i] = (float)to_world->m[i / 4][i % 4];
+    }
+}
+
 static void set_grid_map(xml_node *node, const vol_grid *grid, int use_box, volgrad_medium *medium)
 {
     transform to_world = param_transform(node, "to_world"), box;
@@ -84,9 +92,7 @@ static void set_grid_map(xml_node *node, const vol_grid *grid, int use_box, volg
                     "this grid is not axis-aligned: Mitsuba clips it at its bounding box in the world and clamps the density in "
                     "that box's corners, volgrad clips it at the rotated grid itself");
     }
-    for (int i = 0; i < 12; i++) {
-        medium->local_to_world[i] = (float)to_world.m[i / 4][i % 4];
-    }
+    set_map(medium, &to_world);
 }
 
 static void read_grid_file(xml_node *node, vol_grid *grid)
@@ -102,11 +108,6 @@ static void read_grid_file(xml_node *node, vol_grid *grid)
 static void read_grid(xml_node *node, volgrad_medium *medium)
 {
     vol_grid grid = {0};
-    const char *type = param_type(node);
-    if (strcmp(type, "gridvolume") != 0) {
-        xml_error(node, "volume \"%s\" is not supported as sigma_t; write gridvolume, or a homogeneous medium", type);
-        return;
-    }
     param_only_string(node, "wrap_mode", "clamp");
     param_only_string(node, "filter_type", "trilinear");
     int use_box = param_boolean(node, "use_grid_bbox", 0);
@@ -116,19 +117,58 @@ static void read_grid(xml_node *node, volgrad_medium *medium)
     medium->nx = grid.nx, medium->ny = grid.ny, medium->nz = grid.nz;
 }
 
+static int read_nvdb_file(xml_node *node, nvdb_volume *out)
+{
+    const char *filename = param_string(node, "filename", 1), *name = param_string(node, "grid", 0);
+    char *path = filename ? reader_path(node, filename) : NULL;
+    xml_node *blamed = param_find(node, "filename");
+    nvdb_grid grid = {NULL, 0};
+    int ok = path && nvdb_read(blamed, path, name, &grid) && nvdb_bricks(blamed, path, &grid, out);
+    free(grid.words);
+    free(path);
+    return ok;
+}
+
+/* The file's own map, then to_world. */
+static void read_nvdb(xml_node *node, volgrad_medium *medium)
+{
+    nvdb_volume volume;
+    transform to_world = param_transform(node, "to_world");
+    medium->kind = VOLGRAD_MEDIUM_SPARSE_GRID;
+    if (!read_nvdb_file(node, &volume)) {
+        return;
+    }
+    to_world = transform_multiply(&to_world, &volume.to_world);
+    set_map(medium, &to_world);
+    medium->custom = volume.grid;
+    medium->nx = volume.nx, medium->ny = volume.ny, medium->nz = volume.nz;
+}
+
+static void read_volume(xml_node *node, volgrad_medium *medium)
+{
+    const char *type = param_type(node);
+    if (strcmp(type, "gridvolume") == 0) {
+        read_grid(node, medium);
+    } else if (strcmp(type, "nvdbvolume") == 0) {
+        read_nvdb(node, medium);
+    } else {
+        xml_error(node, "volume \"%s\" is not supported as sigma_t; write gridvolume, nvdbvolume, or a homogeneous medium", type);
+    }
+}
+
 static void read_heterogeneous(xml_node *node, volgrad_medium *medium)
 {
     xml_node *sigma_t = param_find(node, "sigma_t");
     medium->kind = VOLGRAD_MEDIUM_GRID;
     medium->sigma_t = DEFAULT_SIGMA_T;
     if (sigma_t && strcmp(sigma_t->name, "volume") == 0) {
-        read_grid(sigma_t, medium);
+        read_volume(sigma_t, medium);
         return;
     }
     if (sigma_t) {
         sigma_t->used = 1;
     }
-    xml_error(sigma_t ? sigma_t : node, "a heterogeneous medium needs <volume type=\"gridvolume\" name=\"sigma_t\">");
+    xml_error(sigma_t ? sigma_t : node, "a heterogeneous medium needs <volume type=\"gridvolume\" name=\"sigma_t\"> or nvdbvolume");
 }
 
 void reader_medium(reader *r, xml_node *node)

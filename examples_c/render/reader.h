@@ -23,7 +23,7 @@ typedef struct {
 
 /* reader_scene.c: append to the scene and return the index; VOLGRAD_NONE if memory is out, which is reported at `node`. */
 uint32_t reader_add_medium(reader *r, const xml_node *node,
-                           const volgrad_medium *medium); /* takes its density over, also on failure */
+                           const volgrad_medium *medium); /* takes its grid over, also on failure */
 uint32_t reader_add_material(reader *r, const xml_node *node, const volgrad_material *material);
 uint32_t reader_add_light(reader *r, const xml_node *node, const volgrad_light *light); /* takes its image over, also on failure */
 uint32_t reader_add_shape(reader *r, const xml_node *node, const shape *s); /* takes its arrays over, also on failure */

@@ -1,6 +1,7 @@
 /* The growing arrays of a scene, and its end. */
 #include <stdlib.h>
 
+#include "nvdb.h"
 #include "reader.h"
 
 /* Room for one more of `count` items: arrays grow at every power of two. NULL if memory is out; the old array then stays. */
@@ -13,12 +14,20 @@ static void *with_room(void *items, uint32_t count, size_t bytes)
     return room > SIZE_MAX / bytes ? NULL : realloc(items, room * bytes);
 }
 
+static void free_medium(const volgrad_medium *medium)
+{
+    free((void *)medium->density);
+    if (medium->kind == VOLGRAD_MEDIUM_SPARSE_GRID) {
+        nvdb_free(medium->custom);
+    }
+}
+
 uint32_t reader_add_medium(reader *r, const xml_node *node, const volgrad_medium *medium)
 {
     volgrad_scene_desc *desc = &r->scene->desc;
     volgrad_medium *media = with_room((void *)desc->media, desc->media_count, sizeof *media);
     if (!media) {
-        free((void *)medium->density);
+        free_medium(medium);
         return xml_out_of_memory(node), VOLGRAD_NONE;
     }
     desc->media = media;
@@ -76,7 +85,7 @@ void scene_free(scene *s)
         free_shape(&s->shapes[i]);
     }
     for (uint32_t i = 0; i < s->desc.media_count; i++) {
-        free((void *)s->desc.media[i].density);
+        free_medium(&s->desc.media[i]);
     }
     for (uint32_t i = 0; i < s->desc.light_count; i++) {
         free((void *)s->desc.lights[i].image);

@@ -202,7 +202,7 @@ impl<'a> Samples<'a> {
     /// The same from the blocks, where samples outside the box are those of its border.
     fn corners_in_block(&self, cell: [i32; 3]) -> Corners {
         let side = BRICK_SIDE as usize;
-        let cell: [usize; 3] = core::array::from_fn(|axis| cell[axis].clamp(0, self.size[axis]) as usize);
+        let cell: [usize; 3] = core::array::from_fn(|axis| cell[axis].min(self.size[axis]).max(0) as usize);
         let [x, y, z] = cell.map(|c| c / side);
         let [nx, ny, _] = brick_counts(self.size).map(|n| n as usize);
         match self.blocks.get((z * ny + y) * nx + x) {
