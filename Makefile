@@ -41,10 +41,15 @@ HOST := $(wildcard examples_c/render/*.c)
 HOST_HEADERS := $(wildcard examples_c/render/*.h) include/volgrad.h
 OBJECTS := $(HOST:examples_c/render/%.c=$(BUILD)/render/%.o)
 
+REPLAY := $(BUILD)/volgrad-replay
+RECORD := examples_c/record/record.c examples_c/record/mutation.c
+RECORD_HEADERS := $(wildcard examples_c/record/*.h)
+RECORD_OBJECTS := $(RECORD:examples_c/record/%.c=$(BUILD)/record/%.o)
+
 .PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-packaging test-cli test-scenes test-nvdb libraries install uninstall abi panics FORCE
 .DELETE_ON_ERROR:
 
-all: $(LIBRARY) $(RENDER)
+all: $(LIBRARY) $(RENDER) $(REPLAY)
 
 # ---- library and renderer ----
 
@@ -74,10 +79,17 @@ libraries: $(LIBRARY) $(CORE) $(SHARED)
 $(BUILD)/render/%.o: examples_c/render/%.c $(HOST_HEADERS) | $(BUILD)/render
 	$(CC) $(C_FLAGS) -O2 -c $< -o $@
 
-$(RENDER): $(OBJECTS) $(LIBRARY)
+$(RENDER): $(OBJECTS) $(RECORD_OBJECTS) $(LIBRARY)
 	$(CC) $^ $(C_LIBS) -o $@
 
-$(BUILD) $(BUILD)/render $(BUILD)/tests:
+# Records of calls: what the renderer writes, and a program that makes them again, without Embree.
+$(BUILD)/record/%.o: examples_c/record/%.c $(RECORD_HEADERS) include/volgrad.h | $(BUILD)/record
+	$(CC) $(C_FLAGS) -O2 -c $< -o $@
+
+$(REPLAY): $(BUILD)/record/replay.o $(BUILD)/record/replay_file.o $(RECORD_OBJECTS) $(LIBRARY)
+	$(CC) $^ -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+$(BUILD) $(BUILD)/render $(BUILD)/record $(BUILD)/tests:
 	mkdir -p $@
 
 # ---- tests ----
@@ -100,8 +112,8 @@ HOST_TESTS := $(patsubst tests/host/%.c,$(BUILD)/tests/%,$(wildcard tests/host/*
 ABI_TESTS := $(patsubst tests/c/%.c,$(BUILD)/tests/%,$(wildcard tests/c/*.c))
 ABI_SCRIPTS := $(wildcard tests/c/*.sh)
 
-$(HOST_TESTS): $(BUILD)/tests/%: tests/host/%.c $(HOST) $(HOST_HEADERS) $(LIBRARY) | $(BUILD)/tests
-	$(CC) $(C_FLAGS) $(SANITIZE) -Iexamples_c/render $< $(filter-out %/main.c,$(HOST)) $(LIBRARY) $(C_LIBS) -o $@
+$(HOST_TESTS): $(BUILD)/tests/%: tests/host/%.c $(HOST) $(HOST_HEADERS) $(RECORD) $(RECORD_HEADERS) $(LIBRARY) | $(BUILD)/tests
+	$(CC) $(C_FLAGS) $(SANITIZE) -Iexamples_c/render $< $(filter-out %/main.c,$(HOST)) $(RECORD) $(LIBRARY) $(C_LIBS) -o $@
 
 $(ABI_TESTS): $(BUILD)/tests/%: tests/c/%.c $(wildcard tests/c/*.h) include/volgrad.h $(LIBRARY) | $(BUILD)/tests
 	$(CC) $(C_FLAGS) $(SANITIZE) $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@

@@ -479,6 +479,55 @@ typedef struct volgrad_chain_plan_result {
   double relative_error;
 } volgrad_chain_plan_result;
 
+// A path of a chain, at the time of `volgrad_chain_peek`.
+typedef struct volgrad_chain_path {
+  // The technique that made it: vertices of the subpath from the camera, and of that from a light.
+  uint32_t camera_vertices;
+  uint32_t light_vertices;
+  // Image point, pixels.
+  float x;
+  float y;
+  // What the chain's density is proportional to: luminance of w f/p, over the probability of the technique. 0: it carries nothing.
+  double target;
+  // Vertices written; 0 if it carries nothing.
+  uint32_t vertex_count;
+  uint32_t reserved;
+} volgrad_chain_path;
+
+// What a chain's next mutation will do.
+typedef struct volgrad_chain_mutation {
+  // `sizeof(volgrad_chain_mutation)` of the caller.
+  uint32_t struct_size;
+  // 1: a new, independent path. 0: a small step.
+  uint32_t large;
+  // Whether the numbers of the camera's subpath change, and of that from the light: 0 or 1.
+  uint32_t changes_camera;
+  uint32_t changes_light;
+  // Probability with which it is accepted, and whether it will be.
+  double acceptance;
+  uint32_t accepted;
+  uint32_t reserved;
+  // How many mutations that count were made before.
+  uint64_t number;
+  struct volgrad_chain_path current;
+  struct volgrad_chain_path proposed;
+} volgrad_chain_mutation;
+
+// A vertex of a path.
+typedef struct volgrad_vertex {
+  // `VOLGRAD_VERTEX_*`: the first of a path is the camera, the last a light, those between are neither.
+  uint32_t kind;
+  // Index into the scene's media, materials or lights, by kind. Unused for the camera.
+  uint32_t index;
+  // World position; for an environment or directional light the unit direction towards it. For a thin lens
+  // camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
+  struct volgrad_vec3 position;
+  // Geometric unit normal of a surface or area light; unused otherwise.
+  struct volgrad_vec3 normal;
+  // Shading normal; this version reads the geometric one only. Set both alike.
+  struct volgrad_vec3 shading_normal;
+} volgrad_vertex;
+
 // A linear RGB colour (Rec. 709 primaries, no gamma) as the host sees it.
 typedef struct volgrad_rgb {
   float r;
@@ -564,21 +613,6 @@ typedef struct volgrad_phase_value {
   struct volgrad_vec3 previous_gradient;
   struct volgrad_vec3 next_gradient;
 } volgrad_phase_value;
-
-// A vertex of a path.
-typedef struct volgrad_vertex {
-  // `VOLGRAD_VERTEX_*`: the first of a path is the camera, the last a light, those between are neither.
-  uint32_t kind;
-  // Index into the scene's media, materials or lights, by kind. Unused for the camera.
-  uint32_t index;
-  // World position; for an environment or directional light the unit direction towards it. For a thin lens
-  // camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
-  struct volgrad_vec3 position;
-  // Geometric unit normal of a surface or area light; unused otherwise.
-  struct volgrad_vec3 normal;
-  // Shading normal; this version reads the geometric one only. Set both alike.
-  struct volgrad_vec3 shading_normal;
-} volgrad_vertex;
 
 // A light path `x_0 ... x_k`, from the camera to a light. Null (index-matched) surfaces are no vertices.
 typedef struct volgrad_path {
@@ -1171,6 +1205,17 @@ volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
                                    struct volgrad_film *film,
                                    struct volgrad_chain_stats *stats);
 
+// Looks at the next mutation of a chain without making it: what it will propose and decide, and both paths' vertices, `capacity` of each,
+// at least the chain's edges + 1, max_length + 1 always do. The media along their edges are the host's to know. `mutation->struct_size` is set by the caller.
+// `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
+volgrad_status volgrad_chain_peek(const struct volgrad_chain *chain,
+                                  const struct volgrad_scene *scene,
+                                  const struct volgrad_queries *queries,
+                                  struct volgrad_chain_mutation *mutation,
+                                  struct volgrad_vertex *current,
+                                  struct volgrad_vertex *proposed,
+                                  uint32_t capacity);
+
 // How many values of the scene's custom densities were NaN, infinite or negative, and how many of their gradients were not finite, since
 // `volgrad_scene_init`: all of them count as 0. A scene's guided scenes count with it. While other threads use the scene this is what they
 // have counted by now.
@@ -1284,9 +1329,20 @@ volgrad_status volgrad_phase_invert(const struct volgrad_phase *phase,
                                     double *u1);
 
 // Checks all that the functions on paths rely on but do not check: finite positions, unit normals and directions, segments in order and
-// as long as their edges, vertices inside their media. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
+// as long as their edges, vertices inside their media, x_0 on the lens, and the last vertex where its point, spot or directional light is.
+// Where area lights and surfaces are only the host knows. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
 // Paths that fail this are safe to hand over, but what comes back has no meaning.
 volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const struct volgrad_path *path, struct volgrad_error *error);
+
+// Describes a path in English, to find mistakes by: each vertex, each factor of f and of the log-gradient under its name in
+// `volgrad_gradient`, each edge's media; and what is wrong, where it is. As `snprintf` does it writes at most `capacity` bytes, of which the
+// last is 0, and returns in `*length` how many there are without that one: `capacity` 0 asks for the length alone. Not for use by programs:
+// the words may change.
+volgrad_status volgrad_path_report(const struct volgrad_scene *scene,
+                                   const struct volgrad_path *path,
+                                   char *text,
+                                   uintptr_t capacity,
+                                   uintptr_t *length);
 
 // The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
 // ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a
@@ -1390,6 +1446,33 @@ volgrad_status volgrad_shift_path(const struct volgrad_scene *scene,
                                   struct volgrad_splat *splats,
                                   uint32_t capacity,
                                   uint32_t *count);
+
+// As `volgrad_shift_path` for each of `path_count` paths, path i with `weights[i]` and the index `first_index` + i, but what neighbours in
+// the array have in common is computed once: paths that begin with the same vertices, as all contributions of one sample do, become one
+// batch; and a tile's camera rays are traced once for paths that are seen in it one after another, at the same place of their pixels to
+// 1/1000 pixel. So hand over sample after sample, and with VOLGRAD_KERNEL_TILE tile after tile (`volgrad_shift_tile`).
+//
+// `*count` splats, at most path_count * (options.count + 1), which `capacity` has to be. On an error what is in `splats` has no meaning.
+volgrad_status volgrad_shift_paths(const struct volgrad_scene *scene,
+                                   const struct volgrad_queries *queries,
+                                   const struct volgrad_shift_options *options,
+                                   const struct volgrad_path *paths,
+                                   const struct volgrad_rgb *weights,
+                                   uint32_t path_count,
+                                   uint64_t seed,
+                                   uint64_t first_index,
+                                   struct volgrad_splat *splats,
+                                   uint32_t capacity,
+                                   uint32_t *count);
+
+// The tile that a pixel of the camera's crop is in, for calls of this seed: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
+// For options of `VOLGRAD_KERNEL_TILE`.
+volgrad_status volgrad_shift_tile(const struct volgrad_scene *scene,
+                                  const struct volgrad_shift_options *options,
+                                  uint64_t seed,
+                                  uint32_t x,
+                                  uint32_t y,
+                                  uint32_t *bounds);
 
 // A status in words: static text in English, never NULL, also for numbers that are no status.
 const char *volgrad_status_message(int32_t status);

@@ -18,6 +18,7 @@ pub mod phase;
 pub mod sampler;
 pub mod scene;
 pub mod shift;
+pub mod text;
 
 #[cfg(feature = "exr")]
 pub mod exr;

@@ -14,7 +14,7 @@ use volgrad::path::{Path, PathError, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT,
 use volgrad::phase::Phase;
 use volgrad::sampler::{Stats, shift_numbers, tile_numbers};
 use volgrad::scene::{HIT_SURFACE, Hit, Light, Queries, Ray};
-use volgrad::shift::{self, BatchStats, Draw, Kernel, Mode, Options, Radius, Tile, Tiling};
+use volgrad::shift::{self, BatchStats, Draw, Kernel, Mode, Options, Paths, Radius, Tile, Tiling};
 
 /// Paths per pixel and batch: 64 × 64 × 128 = 524 288 per estimate.
 const PASSES: u64 = 128;
@@ -37,6 +37,7 @@ const NEAR: f64 = 0.7;
 const LIGHT: [f64; 3] = [0.1, 2.3, 0.0];
 
 /// A path in the making; all in f64, positions rounded as the library will see them.
+#[derive(Clone)]
 struct Sample<'a> {
     world: &'a World,
     vertices: Vec<Vertex>,
@@ -152,30 +153,45 @@ impl<'a> Sample<'a> {
 
 /// One path of `scatterings` medium vertices through `pixel`; None if f = 0.
 fn sample<'a>(world: &'a World, scatterings: usize, pixel: u32, random: &mut impl FnMut() -> f64) -> Option<Sample<'a>> {
+    let mut all = all_lengths(world, scatterings, pixel, random);
+    if all.len() == scatterings { all.pop()? } else { None }
+}
+
+/// The same after each of its scatterings: None where light does not reach, and nothing after the path has ended.
+fn all_lengths<'a>(
+    world: &'a World,
+    scatterings: usize,
+    pixel: u32,
+    random: &mut impl FnMut() -> f64,
+) -> Vec<Option<Sample<'a>>> {
     const REACH: f64 = 5.0;
     let corner = DVec2::new(f64::from(pixel % 8), f64::from(pixel / 8));
     let ray = world.camera.ray(corner + DVec2::new(random(), random()), DVec2::ZERO);
     let mut path = Sample::new(world);
-    // Before the near plane, or off the image by rounding, f = 0.
-    if !path.step(ray.direction, REACH, random()) || world.camera.project(path.last(), DVec2::ZERO).is_none() {
-        return None;
-    }
-    for _ in 1..scatterings {
-        let direction = direction_around(DVec3::Z, 1.0 - 2.0 * random(), random());
-        path.weight *= 4.0 * std::f64::consts::PI;
-        if !path.step(direction, REACH, random()) {
-            return None;
+    let mut all = vec![];
+    for i in 0..scatterings {
+        let mut direction = ray.direction;
+        if i > 0 {
+            direction = direction_around(DVec3::Z, 1.0 - 2.0 * random(), random());
+            path.weight *= 4.0 * std::f64::consts::PI;
         }
+        // Before the near plane, or off the image by rounding, f = 0.
+        if !path.step(direction, REACH, random()) || (i == 0 && world.camera.project(path.last(), DVec2::ZERO).is_none()) {
+            break;
+        }
+        let mut whole = path.clone();
+        all.push((whole.finish() && is_valid(&whole)).then_some(whole));
     }
-    if !path.finish() {
-        return None;
-    }
-    match path.path().validate(&world.scene()) {
+    all
+}
+
+fn is_valid(path: &Sample) -> bool {
+    match path.path().validate(&path.world.scene()) {
         // A vertex within rounding of a face, one in millions: the media on its two edges do not agree. It is left out.
-        Err(PathError { kind: PathErrorKind::BadSegments, .. }) => None,
+        Err(PathError { kind: PathErrorKind::BadSegments, .. }) => false,
         result => {
             result.expect("a valid path");
-            Some(path)
+            true
         }
     }
 }
@@ -316,4 +332,38 @@ fn a_shifted_splat_is_the_moved_paths_contribution() {
     }
     println!("{compared} shifted splats");
     assert!(compared > 500);
+}
+
+/// Contributions of one sample, handed over together, are the batches that each would be, added up.
+#[test]
+fn paths_that_begin_alike_share_a_batch() {
+    let world = world();
+    let scene = world.scene();
+    let mut compared = 0;
+    for (seed, run) in (0..4000).flat_map(|seed| (1..=3).map(move |run| (seed, run))) {
+        let all = all_lengths(&world, 4, seed as u32 % 64, &mut shift_numbers(37, seed, 0));
+        let all: Vec<_> = all.iter().flatten().collect();
+        let options = options(Mode::Exchangeable, Kernel::Tile, run);
+        let tiles = tile_numbers(41, seed);
+        let (mut apart, mut together) = (vec![], vec![]);
+        let mut paths = Paths::new(&scene, &world.geometry, options, tiles);
+        for path in &all {
+            let random = || unreachable!("exchangeable tiles leave nothing to chance");
+            shifted(&world, &options, &path.path(), path.weight, tiles, random, &mut |p, c| apart.push((p, c)));
+            let shiftable = shift::from_path(&scene, &path.path(), path.weight, &options).expect("f > 0").expect("movable");
+            paths.add(shiftable, random, |p, c| together.push((p, c))).expect("never stops");
+        }
+        paths.finish(|p, c| together.push((p, c))).expect("never stops");
+        assert!(all.is_empty() || together.len() <= 9, "{} splats of {} paths", together.len(), all.len());
+        let at = |splats: &[(DVec2, Colour)], x: f64, y: f64| -> Colour {
+            splats.iter().filter(|(p, _)| p.x.floor() == x && p.y.floor() == y).map(|(_, c)| *c).sum()
+        };
+        for (x, y) in (0..8).flat_map(|y| (0..8).map(move |x| (f64::from(x), f64::from(y)))) {
+            let (a, b) = (at(&apart, x, y), at(&together, x, y));
+            assert!((a - b).abs().max_element() <= 1e-6 * a.max_element(), "{a} apart is {b} together");
+            compared += usize::from(a.max_element() > 0.0 && all.len() > 2);
+        }
+    }
+    println!("{compared} pixels of samples with three contributions or more");
+    assert!(compared > 300);
 }

@@ -127,10 +127,13 @@ static int learn(lesson *l, guide *g, volgrad_status *status)
     if (*status == VOLGRAD_OK) {
         *status = find_brightness(l, g, sum.film);
     }
+    g->film = sum;
+    if (*status == VOLGRAD_OK) {
+        *status = volgrad_film_size(l->width, l->height, &g->film_bytes);
+    }
     if (*status == VOLGRAD_OK) {
         *status = make_scene(g, l->job, sum.film);
     }
-    free(sum.memory);
     return *status == VOLGRAD_OK && g->memory != NULL;
 }
 
@@ -159,5 +162,6 @@ int guide_learn(guide *g, const render_job *job, volgrad_status *status)
 
 void guide_free(guide *g)
 {
+    free(g->film.memory);
     free(g->memory);
 }

@@ -7,6 +7,8 @@
 typedef struct {
     const volgrad_scene *scene; /* the guided one; the job's own if there is nothing to guide */
     void *memory;               /* to be freed once that scene is not used any more */
+    owned_film film;            /* what it learned from; NULL: nothing is guided */
+    size_t film_bytes;
     uint64_t samples;           /* that it learned from; 0: nothing is guided */
     double seconds;             /* that they took */
     double brightness;          /* mean luminance of a pixel, as far as subpaths from lights make it; 0: nothing is guided */

@@ -28,7 +28,10 @@ static const char HELP[] =
     "      --shift-exact N    two_level: offsets that are evaluated exactly\n"
     "      --shift-alpha A    the radius shrinks as samples^((A - 1)/3)\n"
     "      --shift-clamp W    first_order, half_order, thesis: greatest absolute weight; adds a bias of its own (default: none)\n"
-    "\n"
+    "\n";
+
+/* A compiler need not take longer texts in one piece. */
+static const char MORE_HELP[] =
     "  --integrator bdpt:\n"
     "      --heuristic H      weights of techniques: balance (default) or power\n"
     "      --light-vertices N most vertices of a path from a light (default 64; with --shift 3, and at most 3)\n"
@@ -51,6 +54,8 @@ static const char HELP[] =
     "      --burn-in N        mutations of each chain before the first that counts (default 512)\n"
     "      --large-step P     probability of a new, independent path (default 0.3)\n"
     "      --shift-every N    mutations per batch of shifted paths (default 4)\n"
+    "      --debug-chain C:M  no image: prints mutation M of chain C, both from 0 on, with both its paths factor by factor, and\n"
+    "                         records it in FILE.record beside the image's name, for volgrad-replay\n"
     "\n"
     "      --quiet            no progress\n"
     "      --stats            print what was computed, to standard output\n"
@@ -63,4 +68,5 @@ static const char HELP[] =
 void options_print_help(void)
 {
     fputs(HELP, stdout);
+    fputs(MORE_HELP, stdout);
 }

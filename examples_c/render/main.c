@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "debug_chain.h"
 #include "embree_queries.h"
 #include "films.h"
 #include "image.h"
@@ -184,6 +185,9 @@ static int run_with_queries(image_source *source, choices *all, const scene *s, 
                       .report = progress_report,
                       .note = progress_note,
                       .report_user = &progress};
+    if (o->has_debug_chain) {
+        return debug_chain(&job, &s->desc, &o->debug_chain, o->output) ? EXIT_OK : EXIT_FAILED;
+    }
     source->chains = job.chains;
     return render_and_write(&job, source, all);
 }

@@ -72,6 +72,17 @@ int read_range(const char *text, uint32_t low, uint32_t high, uint32_t *first, u
     return read_whole32(copy, low, high, first) && read_whole32(dash + 1, low, high, last) && *first <= *last;
 }
 
+int read_mutation(const char *text, uint32_t *chain, uint64_t *mutation)
+{
+    char copy[32];
+    char *colon = strlen(text) < sizeof copy ? strchr(strcpy(copy, text), ':') : NULL;
+    if (colon == NULL) {
+        return 0;
+    }
+    *colon = '\0';
+    return read_whole32(copy, 0, UINT32_MAX, chain) && read_whole(colon + 1, 0, UINT64_MAX, mutation);
+}
+
 int read_radius(const char *text, volgrad_shift_options *shift)
 {
     double radius;

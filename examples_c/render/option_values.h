@@ -25,6 +25,9 @@ int read_clamp(const char *text, float *out);
 /* Two whole numbers as in 2-32, the first not greater. */
 int read_range(const char *text, uint32_t low, uint32_t high, uint32_t *first, uint32_t *last);
 
+/* A chain and one of its mutations, as in 3:1000. */
+int read_mutation(const char *text, uint32_t *chain, uint64_t *mutation);
+
 /* A kernel's radius in pixels, as in 4px, or in world units, as in 0.1. */
 int read_radius(const char *text, volgrad_shift_options *shift);
 

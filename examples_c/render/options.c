@@ -30,6 +30,7 @@ enum {
     OPTION_LIGHT_VERTICES,
     OPTION_ROULETTE,
     OPTION_DEBUG_TECHNIQUES,
+    OPTION_DEBUG_CHAIN,
     OPTION_MUTATIONS,
     OPTION_CHAINS,
     OPTION_CHAIN_LENGTHS,
@@ -65,6 +66,7 @@ static const struct option LONG_OPTIONS[] = {
     {"light-vertices", required_argument, NULL, OPTION_LIGHT_VERTICES},
     {"roulette", required_argument, NULL, OPTION_ROULETTE},
     {"debug-techniques", required_argument, NULL, OPTION_DEBUG_TECHNIQUES},
+    {"debug-chain", required_argument, NULL, OPTION_DEBUG_CHAIN},
     {"mutations", required_argument, NULL, OPTION_MUTATIONS},
     {"chains", required_argument, NULL, OPTION_CHAINS},
     {"chain-lengths", required_argument, NULL, OPTION_CHAIN_LENGTHS},
@@ -230,6 +232,11 @@ static int take_option(int option, const char *value, options *out, usage *seen)
         seen->needs_bdpt = "--debug-techniques";
         out->techniques = value;
         return *value != '\0' || complain("debug-techniques", value, "a folder");
+    case OPTION_DEBUG_CHAIN:
+        seen->needs_mmlt = "--debug-chain";
+        out->has_debug_chain = 1;
+        return read_mutation(value, &out->debug_chain.chain, &out->debug_chain.number) ||
+               complain("debug-chain", value, "CHAIN:MUTATION, both whole numbers from 0 on");
     case OPTION_CROP:
         out->has_crop = 1;
         return read_crop(value, out->crop) || complain("crop", value, "X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1");

@@ -25,6 +25,8 @@ typedef struct {
     double roulette; /* over the image's brightness, as far as guides know it; < 0: not given */
     volgrad_shift_options shift;
     const char *techniques; /* folder of their images; NULL: none */
+    int has_debug_chain;
+    chain_mutation debug_chain;
     chain_settings chains; /* options.seed and options.shift are not set */
     int has_crop;
     uint32_t crop[4]; /* x0, y0, x1, y1 */

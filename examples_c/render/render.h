@@ -18,6 +18,12 @@ typedef struct {
     uint32_t chains;              /* 0: so many that their burn-in costs little */
 } chain_settings;
 
+/* One mutation of one chain, both from 0 on. */
+typedef struct {
+    uint32_t chain;
+    uint64_t number; /* among those that count */
+} chain_mutation;
+
 /* How the subpaths from lights learn where to go (guide.h). */
 typedef struct {
     volgrad_bidirectional_options options;

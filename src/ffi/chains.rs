@@ -3,12 +3,13 @@
 use super::bidirectional::VOLGRAD_MAX_LENGTH;
 use super::bootstraps::{techniques, volgrad_chain_start, volgrad_chain_techniques};
 use super::films::{film, volgrad_film};
-use super::pointer::{check, exclusive, output, reference, sized_over, write_sized};
+use super::pointer::{array_mut, check, exclusive, output, reference, sized, sized_over, write_sized};
 use super::samplers::{HostQueries, check_size};
 use super::scenes::{ALIGNMENT, check_memory, scene, volgrad_scene};
 use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, thesis_options, volgrad_shift_options};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{VOLGRAD_ABI_VERSION, volgrad_queries};
+use crate::path::Vertex;
 use crate::sampler::metropolis::{Batches, ChainStats, Metropolis, Options, Start, State, capacity};
 use crate::sampler::{Lengths, Stats};
 use core::ffi::c_void;
@@ -72,6 +73,44 @@ pub struct volgrad_chain_stats {
     pub shifted_paths: u64,
     pub shifts: u64,
     pub stays: u64,
+}
+
+/// A path of a chain, at the time of `volgrad_chain_peek`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct volgrad_chain_path {
+    /// The technique that made it: vertices of the subpath from the camera, and of that from a light.
+    pub camera_vertices: u32,
+    pub light_vertices: u32,
+    /// Image point, pixels.
+    pub x: f32,
+    pub y: f32,
+    /// What the chain's density is proportional to: luminance of w f/p, over the probability of the technique. 0: it carries nothing.
+    pub target: f64,
+    /// Vertices written; 0 if it carries nothing.
+    pub vertex_count: u32,
+    pub reserved: u32,
+}
+
+/// What a chain's next mutation will do.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct volgrad_chain_mutation {
+    /// `sizeof(volgrad_chain_mutation)` of the caller.
+    pub struct_size: u32,
+    /// 1: a new, independent path. 0: a small step.
+    pub large: u32,
+    /// Whether the numbers of the camera's subpath change, and of that from the light: 0 or 1.
+    pub changes_camera: u32,
+    pub changes_light: u32,
+    /// Probability with which it is accepted, and whether it will be.
+    pub acceptance: f64,
+    pub accepted: u32,
+    pub reserved: u32,
+    /// How many mutations that count were made before.
+    pub number: u64,
+    pub current: volgrad_chain_path,
+    pub proposed: volgrad_chain_path,
 }
 
 /// A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
@@ -247,6 +286,58 @@ pub unsafe extern "C" fn volgrad_chain_flush(
         let result = metropolis.flush(&object.state, numbers, &mut film, &mut done.rays);
         unsafe { add_stats(stats, counted, &done) }?;
         Ok(result?)
+    })())
+}
+
+/// Looks at the next mutation of a chain without making it: what it will propose and decide, and both paths' vertices, `capacity` of each,
+/// at least the chain's edges + 1, max_length + 1 always do. The media along their edges are the host's to know. `mutation->struct_size` is set by the caller.
+/// `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_chain_peek(
+    chain: *const volgrad_chain,
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    mutation: *mut volgrad_chain_mutation,
+    current: *mut Vertex,
+    proposed: *mut Vertex,
+    capacity: u32,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
+        let (object, before) = unsafe { (head(chain)?, sized(mutation.cast_const())?) };
+        // SAFETY: the stamp says that volgrad_chain_init wrote this many numbers behind the head.
+        let numbers = unsafe { slice::from_raw_parts(chain.add(1).cast::<f64>(), numbers_of(object)) };
+        if (capacity as usize) < object.state.start.length as usize + 1 {
+            return Err(VOLGRAD_ERROR_TOO_SMALL.into());
+        }
+        let vertices = unsafe { [array_mut(current, capacity as usize)?, array_mut(proposed, capacity as usize)?] };
+        let metropolis = Metropolis { scene, queries: &queries, options: object.options };
+        let peek = metropolis.peek(&object.state, numbers, vertices, &mut Stats::default())?;
+        let [current, proposed] = peek.paths.map(|path| volgrad_chain_path {
+            camera_vertices: path.technique.camera as u32,
+            light_vertices: path.technique.light as u32,
+            x: path.pixel.x as f32,
+            y: path.pixel.y as f32,
+            target: path.target,
+            vertex_count: path.vertex_count as u32,
+            reserved: 0,
+        });
+        let volgrad_chain_mutation { struct_size, .. } = before;
+        let result = volgrad_chain_mutation {
+            struct_size,
+            large: peek.large.into(),
+            changes_camera: peek.change.camera.into(),
+            changes_light: peek.change.light.into(),
+            acceptance: peek.acceptance,
+            accepted: peek.accepted.into(),
+            reserved: 0,
+            number: object.state.mutations,
+            current,
+            proposed,
+        };
+        unsafe { write_sized(mutation, struct_size as usize, result) }?;
+        Ok(())
     })())
 }
 

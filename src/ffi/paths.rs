@@ -5,7 +5,9 @@ use super::scenes::{report, scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::volgrad_path;
 use crate::math::{DVec3, Rgb, Vec3};
-use crate::path::{Gradient, LogDerivative, Path, contribution, factors, path_run_log_derivative, path_run_log_gradient};
+use crate::path::{self, Gradient, LogDerivative, Path, contribution, factors, path_run_log_derivative, path_run_log_gradient};
+use crate::text::Text;
+use core::ffi::c_char;
 
 /// The factors of f at one vertex and along the edge from it to the next.
 #[repr(C)]
@@ -147,7 +149,8 @@ pub(super) unsafe fn path<'a>(pointer: *const volgrad_path) -> Result<Path<'a>, 
 }
 
 /// Checks all that the functions on paths rely on but do not check: finite positions, unit normals and directions, segments in order and
-/// as long as their edges, vertices inside their media. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
+/// as long as their edges, vertices inside their media, x_0 on the lens, and the last vertex where its point, spot or directional light is.
+/// Where area lights and surfaces are only the host knows. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
 /// Paths that fail this are safe to hand over, but what comes back has no meaning.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_validate(
@@ -162,6 +165,33 @@ pub unsafe extern "C" fn volgrad_path_validate(
         unsafe { report(error, fault) };
     }
     finish(result)
+}
+
+/// Describes a path in English, to find mistakes by: each vertex, each factor of f and of the log-gradient under its name in
+/// `volgrad_gradient`, each edge's media; and what is wrong, where it is. As `snprintf` does it writes at most `capacity` bytes, of which the
+/// last is 0, and returns in `*length` how many there are without that one: `capacity` 0 asks for the length alone. Not for use by programs:
+/// the words may change.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_path_report(
+    scene: *const volgrad_scene,
+    path: *const volgrad_path,
+    text: *mut c_char,
+    capacity: usize,
+    length: *mut usize,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let (scene, path, write) = unsafe { (self::scene(scene)?, self::path(path)?, output(length)?) };
+        let buffer = unsafe { array_mut(text.cast::<u8>(), capacity) }?;
+        let mut text = Text::new(buffer.get_mut(..capacity.saturating_sub(1)).unwrap_or(&mut []));
+        path::report(scene, &path, &mut text);
+        let all = text.length;
+        if let Some(end) = buffer.get_mut(all.min(capacity.saturating_sub(1))) {
+            *end = 0;
+        }
+        write(all);
+        Ok(())
+    })())
 }
 
 /// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only

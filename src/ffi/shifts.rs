@@ -2,7 +2,7 @@
 
 use super::films::volgrad_splat;
 use super::paths::path;
-use super::pointer::{array_mut, output, sized_over, write_sized};
+use super::pointer::{array, array_mut, output, reference, sized_over, write_sized};
 use super::samplers::HostQueries;
 use super::scenes::{scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
@@ -12,8 +12,9 @@ use crate::path::Path;
 use crate::sampler::bidirectional::thesis;
 use crate::sampler::{shift_numbers, tile_numbers};
 use crate::scene::Scene;
-use crate::shift::{Draw, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius, Tile, from_path, shift};
+use crate::shift::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Paths, Radius, Tiling, from_path};
 use core::ffi::CStr;
+use core::slice;
 
 /// No batch: every path stays as it is.
 pub const VOLGRAD_SHIFT_NONE: u32 = 0;
@@ -214,33 +215,118 @@ pub unsafe extern "C" fn volgrad_shift_path(
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract, here and below.
-        let (scene, path, write) = unsafe { (self::scene(scene)?, self::path(path)?, output(count)?) };
-        (0..path.vertices.len()).try_for_each(|i| path.node(scene, i).map(|_| ()))?;
-        let options = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
-        if !weight.wide().is_finite() {
-            return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"weight", 0));
-        }
-        let mut batch = Splats { all: [volgrad_splat::default(); MAX_SHIFTS + 1], count: 0 };
-        let shiftable = match &options {
-            Some(options) if weight.wide().max_element() > 0.0 => from_path(scene, &path, weight.wide(), options)?,
-            _ => None,
-        };
-        match (options, shiftable) {
-            (Some(options), Some(shiftable)) => {
-                let asks = options.mode.has_queries() || options.has_views();
-                let queries = if asks { unsafe { HostQueries::read(queries) }? } else { HostQueries::UNUSED };
-                let draw = Draw { tiles: tile_numbers(seed, 0), random: shift_numbers(seed, index, 0) };
-                let tile = Tile::around(scene, &queries, &options, draw.tiles, &shiftable.image)?;
-                shift(scene, &queries, &options, &shiftable, tile.as_ref(), draw, |pixel, value| batch.add(pixel, value))?;
-            }
-            _ => batch.add(first_pixel(scene, &path)?, weight.wide()),
-        }
-        if (capacity as usize) < batch.count {
+        let (path, write) = unsafe { (reference(path)?, output(count)?) };
+        let mut batch = [volgrad_splat::default(); MAX_SHIFTS + 1];
+        let (path, weight) = (slice::from_ref(path), slice::from_ref(&weight));
+        let made = unsafe { shift_all(scene, queries, options, path, weight, seed, index, &mut batch) }?;
+        if (capacity as usize) < made {
             return Err(VOLGRAD_ERROR_TOO_SMALL.into());
         }
-        let result = unsafe { array_mut(splats, batch.count) }?;
-        result.iter_mut().zip(batch.all).for_each(|(to, splat)| *to = splat);
-        write(batch.count as u32);
+        unsafe { array_mut(splats, made) }?.iter_mut().zip(batch).for_each(|(to, splat)| *to = splat);
+        write(made as u32);
+        Ok(())
+    })())
+}
+
+/// As `volgrad_shift_path` for each of `path_count` paths, path i with `weights[i]` and the index `first_index` + i, but what neighbours in
+/// the array have in common is computed once: paths that begin with the same vertices, as all contributions of one sample do, become one
+/// batch; and a tile's camera rays are traced once for paths that are seen in it one after another, at the same place of their pixels to
+/// 1/1000 pixel. So hand over sample after sample, and with VOLGRAD_KERNEL_TILE tile after tile (`volgrad_shift_tile`).
+///
+/// `*count` splats, at most path_count * (options.count + 1), which `capacity` has to be. On an error what is in `splats` has no meaning.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_shift_paths(
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    options: *const volgrad_shift_options,
+    paths: *const volgrad_path,
+    weights: *const Rgb,
+    path_count: u32,
+    seed: u64,
+    first_index: u64,
+    splats: *mut volgrad_splat,
+    capacity: u32,
+    count: *mut u32,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract, here and below.
+        let (paths, weights) = unsafe { (array(paths, path_count as usize)?, array(weights, path_count as usize)?) };
+        let (splats, write) = unsafe { (array_mut(splats, capacity as usize)?, output(count)?) };
+        write(unsafe { shift_all(scene, queries, options, paths, weights, seed, first_index, splats) }? as u32);
+        Ok(())
+    })())
+}
+
+/// How many splats there are of some paths, all of them in `splats`.
+///
+/// # Safety
+/// As the header says of the pointers.
+unsafe fn shift_all(
+    scene: *const volgrad_scene,
+    queries: *const volgrad_queries,
+    options: *const volgrad_shift_options,
+    paths: &[volgrad_path],
+    weights: &[Rgb],
+    seed: u64,
+    first_index: u64,
+    splats: &mut [volgrad_splat],
+) -> Result<usize, Fault> {
+    // SAFETY: the caller's promise, here and below.
+    let (scene, options) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?) };
+    let options = self::options(&options)?;
+    let each = options.map_or(1, |options| options.count + 1);
+    if splats.len() / each < paths.len() {
+        return Err(VOLGRAD_ERROR_TOO_SMALL.into());
+    }
+    let asks = options.as_ref().is_some_and(|options| options.mode.has_queries() || options.has_views());
+    let queries = if asks { unsafe { HostQueries::read(queries) }? } else { HostQueries::UNUSED };
+    let mut shifts = options.map(|options| Paths::new(scene, &queries, options, tile_numbers(seed, 0)));
+    let mut result = Splats { all: splats, count: 0 };
+    let indices = (0..).map(|i| first_index.wrapping_add(i));
+    for (index, (path, weight)) in indices.zip(paths.iter().zip(weights)) {
+        let path = unsafe { self::path(path) }?;
+        (0..path.vertices.len()).try_for_each(|i| path.node(scene, i).map(|_| ()))?;
+        let weight = weight.wide();
+        if !weight.is_finite() {
+            return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"weight", 0));
+        }
+        let shiftable = match &options {
+            Some(options) if weight.max_element() > 0.0 => from_path(scene, &path, weight, options)?,
+            _ => None,
+        };
+        match (shiftable, &mut shifts) {
+            (Some(path), Some(shifts)) => shifts.add(path, shift_numbers(seed, index, 0), |p, c| result.add(p, c))?,
+            _ => result.add(first_pixel(scene, &path)?, weight),
+        }
+    }
+    if let Some(shifts) = &mut shifts {
+        shifts.finish(|p, c| result.add(p, c))?;
+    }
+    Ok(result.count)
+}
+
+/// The tile that a pixel of the camera's crop is in, for calls of this seed: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
+/// For options of `VOLGRAD_KERNEL_TILE`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_shift_tile(
+    scene: *const volgrad_scene,
+    options: *const volgrad_shift_options,
+    seed: u64,
+    x: u32,
+    y: u32,
+    bounds: *mut u32,
+) -> volgrad_status {
+    finish((|| {
+        // SAFETY: the header's contract.
+        let (scene, options, bounds) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?, array_mut(bounds, 4)?) };
+        let options = self::options(&options)?.filter(|options| options.kernel == Kernel::Tile);
+        let side = options.ok_or(VOLGRAD_ERROR_KIND.at(c"shift.mode, shift.kernel", 0))?.tile_side();
+        let [x0, y0, x1, y1] = scene.camera.crop;
+        if !((x0..x1).contains(&x) && (y0..y1).contains(&y)) {
+            return Err(VOLGRAD_ERROR_RANGE.at(c"x, y", 0));
+        }
+        let tile = Tiling::new(&scene.camera, side, tile_numbers(seed, 0)).tile(x, y);
+        bounds.iter_mut().zip(tile).for_each(|(to, bound)| *to = bound);
         Ok(())
     })())
 }
@@ -261,13 +347,13 @@ fn narrow(v: f64) -> f32 {
     if f64::from(rounded) >= floor(v) + 1.0 { rounded.next_down() } else { rounded }
 }
 
-/// Splats of one batch, before they go to the caller.
-struct Splats {
-    all: [volgrad_splat; MAX_SHIFTS + 1],
+/// Room for all splats, and how many there are.
+struct Splats<'a> {
+    all: &'a mut [volgrad_splat],
     count: usize,
 }
 
-impl Splats {
+impl Splats<'_> {
     fn add(&mut self, pixel: DVec2, value: Colour) {
         if let Some(splat) = self.all.get_mut(self.count) {
             *splat = volgrad_splat { x: narrow(pixel.x), y: narrow(pixel.y), value: value.into() };

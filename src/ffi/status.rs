@@ -114,6 +114,7 @@ impl From<PathError> for volgrad_status {
             PathErrorKind::BadKind => VOLGRAD_ERROR_KIND,
             PathErrorKind::BadIndex => VOLGRAD_ERROR_INDEX,
             PathErrorKind::NotFinite => VOLGRAD_ERROR_NOT_FINITE,
+            PathErrorKind::Misplaced => VOLGRAD_ERROR_RANGE,
             PathErrorKind::ZeroLength => VOLGRAD_ERROR_ZERO_LENGTH,
             PathErrorKind::BadSegments => VOLGRAD_ERROR_SEGMENTS,
             PathErrorKind::NotMovable => VOLGRAD_ERROR_NOT_MOVABLE,

@@ -2,6 +2,7 @@
 
 mod contribution;
 mod gradient;
+mod report;
 mod vertex;
 
 pub use contribution::{Factors, contribution, factors};
@@ -9,4 +10,5 @@ pub(crate) use gradient::Seen;
 pub use gradient::{
     Gradient, LogDerivative, LogGradient, Neighbour, Wing, path_log_gradient, path_run_log_derivative, path_run_log_gradient,
 };
+pub use report::report;
 pub use vertex::{Node, Path, PathError, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex};

@@ -2,7 +2,7 @@
 
 use crate::math::{DVec3, Vec3};
 use crate::medium::{Line, Medium, NONE, Segment};
-use crate::scene::{Bsdf, Camera, Light, Scene};
+use crate::scene::{Bsdf, Camera, Light, MAX_SEGMENTS, Scene};
 
 pub const VERTEX_CAMERA: u32 = 0;
 pub const VERTEX_MEDIUM: u32 = 1;
@@ -51,6 +51,8 @@ pub enum PathErrorKind {
     BadIndex,
     /// A NaN, an infinity, or a normal or direction that is not of unit length.
     NotFinite,
+    /// x_0 off the lens, or the last vertex not where its point, spot or directional light is.
+    Misplaced,
     /// Two neighbouring vertices at one place.
     ZeroLength,
     /// Segments are missing, not in order, or end before their edge does; or a medium vertex lies in none of them.
@@ -183,6 +185,9 @@ impl<'a> Path<'a> {
             if !position_ok || (node.has_cosine() && !is_unit(vertex.normal)) {
                 return Err(PathErrorKind::NotFinite.at(i));
             }
+            if !is_in_place(&node, vertex.position.wide()) {
+                return Err(PathErrorKind::Misplaced.at(i));
+            }
         }
         (0..self.vertices.len() - 1).try_for_each(|i| self.validate_edge(scene, i))
     }
@@ -191,6 +196,9 @@ impl<'a> Path<'a> {
         let line = self.edge(scene, i)?;
         let mut reached = 0.0;
         let last = line.segments.len() - 1;
+        if last >= MAX_SEGMENTS {
+            return Err(PathErrorKind::BadSegments.at(i));
+        }
         for (j, segment) in line.segments.iter().enumerate() {
             let known = segment.medium == NONE || (segment.medium as usize) < scene.media.len();
             if !known {
@@ -214,6 +222,23 @@ impl<'a> Path<'a> {
             return Err(PathErrorKind::BadSegments.at(i));
         }
         Ok(())
+    }
+}
+
+/// Whether a vertex is on its lens, or at its light if that has one place only: to single precision.
+fn is_in_place(node: &Node, x: DVec3) -> bool {
+    const SLACK: f64 = 1e-4;
+    match node {
+        Node::Camera(camera) if !camera.is_pinhole() => {
+            let from_centre = x - camera.position;
+            let off_plane = camera.forward.dot(from_centre).abs();
+            off_plane <= SLACK * (camera.lens_radius + x.length()) && camera.on_lens(x).length() <= camera.lens_radius * (1.0 + SLACK)
+        }
+        Node::Light(Light::Directional { direction, .. }) => (x + *direction).length() <= SLACK,
+        Node::Light(Light::Point { position, .. } | Light::Spot { position, .. }) => {
+            (x - *position).length() <= SLACK * position.length().max(x.length())
+        }
+        _ => true,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::phase::Phase;
 use crate::scene::surface_epsilon;
 
 /// The neighbour of the run's last vertex towards the light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Next {
     /// A point; with a normal, light passes only on its front and the geometry term has a cosine.
     Point { position: DVec3, normal: Option<DVec3> },

@@ -44,7 +44,7 @@ pub struct State {
     shares: Shares,
     /// Those that counted.
     pub mutations: u64,
-    technique: Technique,
+    pub(super) technique: Technique,
     random: ChainNumbers,
     /// Size of the largest small steps.
     step: f64,
@@ -121,14 +121,14 @@ impl State {
 }
 
 /// A mutation that has been decided, but not made.
-struct Decision {
-    large: bool,
-    acceptance: f64,
-    accepted: bool,
+pub(super) struct Decision {
+    pub large: bool,
+    pub acceptance: f64,
+    pub accepted: bool,
     dark: bool,
     dropped: bool,
-    technique: Technique,
-    change: Change,
+    pub technique: Technique,
+    pub change: Change,
     random: ChainNumbers,
 }
 
@@ -199,7 +199,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     }
 
     /// At the path of the chain's numbers. It stops if that is another one than it was, or batches cannot be made.
-    fn begin(&self, state: &State, numbers: &[f64], stats: &mut Stats) -> Result<Room<'a>, Stop> {
+    pub(super) fn begin(&self, state: &State, numbers: &[f64], stats: &mut Stats) -> Result<Room<'a>, Stop> {
         match &self.options.shift {
             Some(Batches::Shifts(options)) => options.check(self.scene)?,
             Some(Batches::Thesis(_)) => self.scene.check_phase_derivatives()?,
@@ -254,7 +254,13 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
     }
 
     /// Proposes a path and decides about it, without a change of the chain.
-    fn decide(&self, state: &State, numbers: &[f64], room: &mut Room<'a>, stats: &mut Stats) -> Result<Decision, Stop> {
+    pub(super) fn decide(
+        &self,
+        state: &State,
+        numbers: &[f64],
+        room: &mut Room<'a>,
+        stats: &mut Stats,
+    ) -> Result<Decision, Stop> {
         let mut random = state.random.clone();
         let large = random.next() < self.options.large_step;
         let technique =

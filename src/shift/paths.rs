@@ -1,0 +1,126 @@
+//! Paths of any sampler, one after another: what neighbours have in common is computed once. Those that begin with the same vertices become
+//! one batch, and a tile's camera rays serve all paths that are seen at the same place of its pixels.
+
+use super::batch::Scratch;
+use super::kernel::Options;
+use super::link::{Exit, Onwards};
+use super::place::Draw;
+use super::run::{Place, RunVertex, Shiftable};
+use super::tile::Tile;
+use crate::math::{Colour, DVec2};
+use crate::scene::{ImagePoint, Queries, Scene, Stop};
+
+/// Paths whose place within the pixel differs by less share rays, in pixels: what single precision leaves of a first vertex' place.
+const SAME_PLACE: f64 = 1e-3;
+
+/// The same for places on the lens, in its radius.
+const SAME_LENS_PLACE: f64 = 1e-5;
+
+pub struct Paths<'a, Q, R> {
+    scene: &'a Scene<'a>,
+    queries: &'a Q,
+    options: Options,
+    tiles: [u32; 2],
+    tile: Option<Tile>,
+    scratch: Scratch,
+    /// Not shifted yet, since the next path may join it.
+    waiting: Option<(Shiftable, R)>,
+}
+
+impl<'a, Q: Queries, R: FnMut() -> f64> Paths<'a, Q, R> {
+    /// `tiles`: where tiles begin.
+    pub fn new(scene: &'a Scene<'a>, queries: &'a Q, options: Options, tiles: [u32; 2]) -> Self {
+        Self { scene, queries, options, tiles, tile: None, scratch: Scratch::default(), waiting: None }
+    }
+
+    /// A path to shift, with random numbers of its own; splats the ones before that have nothing in common with it.
+    pub fn add(&mut self, path: Shiftable, random: R, splat: impl FnMut(DVec2, Colour)) -> Result<(), Stop> {
+        if self.waiting.as_mut().is_some_and(|(waiting, _)| waiting.join(&path)) {
+            return Ok(());
+        }
+        self.finish(splat)?;
+        self.waiting = Some((path, random));
+        Ok(())
+    }
+
+    /// Splats what waits.
+    pub fn finish(&mut self, splat: impl FnMut(DVec2, Colour)) -> Result<(), Stop> {
+        let Some((path, random)) = self.waiting.take() else { return Ok(()) };
+        if !self.tile.as_ref().is_some_and(|tile| self.serves(tile, &path.image)) {
+            self.tile = Tile::around(self.scene, self.queries, &self.options, self.tiles, &path.image)?;
+        }
+        let Self { scene, queries, options, tiles, tile, scratch, .. } = self;
+        let draw = Draw { tiles: *tiles, random };
+        scratch.shift(scene, *queries, options, &path, tile.as_ref(), draw, splat).map(|_| ())
+    }
+
+    fn serves(&self, tile: &Tile, image: &ImagePoint) -> bool {
+        tile.view(image.pixel).is_some_and(|view| {
+            let on_lens = (view.ray.origin - image.ray.origin).length() <= SAME_LENS_PLACE * self.scene.camera.lens_radius;
+            on_lens && (view.pixel - image.pixel).abs().max_element() < SAME_PLACE
+        })
+    }
+}
+
+impl Shiftable {
+    /// Takes the contribution of `other` along, a path from `from_path`. False, and nothing done: it begins with other vertices, or there is
+    /// no room.
+    fn join(&mut self, other: &Self) -> bool {
+        let begins_alike = self.image.ray.origin == other.image.ray.origin
+            && self.run().iter().zip(other.run()).all(|(vertex, of_other)| is_same(vertex, of_other));
+        let Some(new) = other.onwards.filter(|_| begins_alike && self.chain.is_none()) else { return false };
+        self.take_along(&new) && {
+            // Those that the run of this one lacks.
+            other.run().iter().skip(self.run().len()).all(|vertex| self.push(*vertex))
+        }
+    }
+
+    /// Adds what goes on by another path's link. Its vertices are the run's as far as that goes.
+    fn take_along(&mut self, new: &Onwards) -> bool {
+        match &mut self.onwards {
+            Some(known) if known.from == new.from && known.link.next == new.link.next => known.take_along(new),
+            // The last one is the likeliest to be shared by the next: it is where the sampler went on.
+            Some(known) => {
+                let leaving = known.as_exit();
+                leaving.is_some_and(|exit| self.leave(exit)) && {
+                    self.onwards = Some(*new);
+                    true
+                }
+            }
+            None => false,
+        }
+    }
+}
+
+impl Onwards {
+    /// Adds the contributions of the same link.
+    fn take_along(&mut self, new: &Self) -> bool {
+        let known = self.wings().iter().position(|(to_other, _)| new.wings().first().is_some_and(|(wing, _)| wing == to_other));
+        match (new.wings().first(), known) {
+            (None, _) => self.plain += new.plain,
+            (Some((_, rest)), Some(known)) => self.wings[known].1 += *rest,
+            (Some(_), None) if self.wing_count == self.wings.len() => return false,
+            (Some((to_other, rest)), None) => self.add_wing(*to_other, *rest),
+        }
+        true
+    }
+
+    /// The same as a link of its own, if it carries only one contribution.
+    fn as_exit(&self) -> Option<Exit> {
+        let (wing, rest) = match self.wings() {
+            [] => (None, self.plain),
+            [(to_other, rest)] => (Some((self.phase, *to_other)), *rest),
+            _ => return None,
+        };
+        Some(Exit { from: self.from, link: self.link, wing, rest })
+    }
+}
+
+fn is_same(a: &RunVertex, b: &RunVertex) -> bool {
+    let same_place = match (a.place, b.place) {
+        (Place::Medium(a), Place::Medium(b)) => a == b,
+        (Place::Surface { material: a, .. }, Place::Surface { material: b, .. }) => a == b,
+        _ => false,
+    };
+    same_place && a.x == b.x
+}
