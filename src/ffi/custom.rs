@@ -5,13 +5,20 @@ use super::pointer::output;
 use super::scenes::{object, volgrad_scene};
 use super::status::{finish, volgrad_status};
 use super::types::volgrad_custom_density;
+use core::fmt;
 use core::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// A copy of a host's table, whose functions may be called by several threads at a time, with the same `user`.
-#[derive(Debug)]
 pub(super) struct Host<T> {
     pub table: T,
     dropped: AtomicU64,
+}
+
+// What shows numbers can panic, so that it is left out of libvolgrad_core.
+impl<T> fmt::Debug for Host<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Host")
+    }
 }
 
 // SAFETY: the header's contract of every table: what it points to may be used by all threads at a time.

@@ -275,7 +275,7 @@ unsafe fn shift_all(
     let (scene, options) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?) };
     let options = self::options(&options)?;
     let each = options.map_or(1, |options| options.count + 1);
-    if splats.len() / each < paths.len() {
+    if paths.len().checked_mul(each).is_none_or(|most| splats.len() < most) {
         return Err(VOLGRAD_ERROR_TOO_SMALL.into());
     }
     let asks = options.as_ref().is_some_and(|options| options.mode.has_queries() || options.has_views());

@@ -11,11 +11,11 @@
 
 use super::{Extent, Inversion, Moments, Stretch};
 use crate::math::{DAffine3, DVec3, floor, sqrt};
-use core::fmt;
+use core::fmt::Debug;
 use core::ops::ControlFlow;
 
 /// A density as the host computes it, a function of the point alone. Values that are NaN, infinite or negative count as 0.
-pub trait DensityField: Sync {
+pub trait DensityField: Debug + Sync {
     /// Fills `densities`, as long as `points`.
     fn densities(&self, points: &[DVec3], densities: &mut [f64]);
     /// Fills `gradients`, as long as `points`, 1/world unit.
@@ -28,7 +28,7 @@ pub trait DensityField: Sync {
 }
 
 /// A density field inside a box, 0 outside.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Custom<'a> {
     pub(super) field: &'a dyn DensityField,
     /// To where the box is the unit cube.
@@ -37,13 +37,6 @@ pub struct Custom<'a> {
     pub(super) majorant: f64,
     /// Whether the host integrates: medium/exact.rs.
     pub(super) exact: bool,
-}
-
-// A host's field has nothing to show; and what shows numbers can panic, so that it is left out of libvolgrad_core.
-impl fmt::Debug for Custom<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Custom")
-    }
 }
 
 /// Panels along the longest chord of a box.

@@ -95,12 +95,15 @@ impl Shiftable {
 impl Onwards {
     /// Adds the contributions of the same link.
     fn take_along(&mut self, new: &Self) -> bool {
-        let known = self.wings().iter().position(|(to_other, _)| new.wings().first().is_some_and(|(wing, _)| wing == to_other));
-        match (new.wings().first(), known) {
-            (None, _) => self.plain += new.plain,
-            (Some((_, rest)), Some(known)) => self.wings[known].1 += *rest,
-            (Some(_), None) if self.wing_count == self.wings.len() => return false,
-            (Some((to_other, rest)), None) => self.add_wing(*to_other, *rest),
+        let Some((to_other, rest)) = new.wings().first() else {
+            self.plain += new.plain;
+            return true;
+        };
+        let full = self.wing_count == self.wings.len();
+        match self.wings.iter_mut().take(self.wing_count).find(|(wing, _)| wing == to_other) {
+            Some((_, sum)) => *sum += *rest,
+            None if full => return false,
+            None => self.add_wing(*to_other, *rest),
         }
         true
     }
