@@ -70,7 +70,8 @@ const FIRST: usize = offset_of!(volgrad_custom_density, integrals);
 /// As the header says of `custom`.
 pub(super) unsafe fn host(m: &volgrad_medium, i: usize) -> Result<Host<volgrad_custom_density>, Fault> {
     // SAFETY: the caller's promise.
-    let table = unsafe { sized_since(m.custom.cast::<volgrad_custom_density>(), FIRST) }.map_err(|s| s.at(c"media.custom", i))?;
+    let table =
+        unsafe { sized_since(m.custom.cast::<volgrad_custom_density>(), FIRST) }.map_err(|s| s.at(c"media.custom", i))?;
     if table.density.is_none() || table.gradient.is_none() {
         return Err(VOLGRAD_ERROR_NULL.at(c"media.custom.density, media.custom.gradient", i));
     }

@@ -232,7 +232,8 @@ fn is_in_place(node: &Node, x: DVec3) -> bool {
         Node::Camera(camera) if !camera.is_pinhole() => {
             let from_centre = x - camera.position;
             let off_plane = camera.forward.dot(from_centre).abs();
-            off_plane <= SLACK * (camera.lens_radius + x.length()) && camera.on_lens(x).length() <= camera.lens_radius * (1.0 + SLACK)
+            off_plane <= SLACK * (camera.lens_radius + x.length())
+                && camera.on_lens(x).length() <= camera.lens_radius * (1.0 + SLACK)
         }
         Node::Light(Light::Directional { direction, .. }) => (x + *direction).length() <= SLACK,
         Node::Light(Light::Point { position, .. } | Light::Spot { position, .. }) => {

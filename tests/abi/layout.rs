@@ -2,12 +2,16 @@
 layouts! {
     struct volgrad_bidirectional_options: 72 { struct_size: 0, max_length: 4, rr_depth: 8, heuristic: 12, seed: 16, light_vertices: 24, roulette: 28, shift: 32 }
     struct volgrad_camera: 96 { kind: 0, width: 4, height: 8, crop_x0: 12, crop_y0: 16, crop_x1: 20, crop_y1: 24, medium: 28, position: 32, forward: 44, right: 56, up: 68, tan_half_fov_x: 80, near_clip: 84, lens_radius: 88, focal_distance: 92 }
+    struct volgrad_chain_mutation: 104 { struct_size: 0, large: 4, changes_camera: 8, changes_light: 12, acceptance: 16, accepted: 24, reserved: 28, number: 32, current: 40, proposed: 72 }
     struct volgrad_chain_options: 72 { struct_size: 0, min_length: 4, max_length: 8, burn_in: 12, large_step: 16, shift_every: 20, seed: 24, shift: 32 }
+    struct volgrad_chain_path: 32 { camera_vertices: 0, light_vertices: 4, x: 8, y: 12, target: 16, vertex_count: 24, reserved: 28 }
     struct volgrad_chain_plan_result: 24 { struct_size: 0, chain_count: 4, brightness: 8, relative_error: 16 }
     struct volgrad_chain_start: 48 { sample: 0, length: 8, index: 12, share: 16, chains: 24, others: 28, brightness: 32, value: 40 }
     struct volgrad_chain_stats: 120 { struct_size: 0, reserved: 4, samples: 8, large_steps: 16, large_accepted: 24, small_steps: 32, small_accepted: 40, dark: 48, burn_in: 56, dropped: 64, rays: 72, occlusion_rays: 80, overflows: 88, shifted_paths: 96, shifts: 104, stays: 112 }
     struct volgrad_chain_techniques: 17160 { shares: 0 }
-    struct volgrad_custom_density: 40 { struct_size: 0, reserved: 4, user: 8, density: 16, gradient: 24, step: 32, majorant: 36 }
+    struct volgrad_custom_bsdf: 48 { struct_size: 0, flags: 4, user: 8, eval: 16, pdf: 24, sample: 32, log_gradient: 40 }
+    struct volgrad_custom_light: 48 { struct_size: 0, reserved: 4, user: 8, emission: 16, pdf: 24, sample: 32, log_gradient: 40 }
+    struct volgrad_custom_phase: 40 { struct_size: 0, reserved: 4, user: 8, eval: 16, sample: 24, log_derivative: 32 }
     struct volgrad_derivative: 116 { direction: 0, luminance: 12, rgb: 16, scattering: 28, transmittance_previous: 32, transmittance_inside: 44, transmittance_next: 56, geometry_previous: 68, geometry_next: 72, importance: 76, phase_previous: 80, phase_apex: 84, phase_next: 88, profile_previous: 92, profile_next: 104 }
     struct volgrad_error: 16 { struct_size: 0, index: 4, field: 8 }
     struct volgrad_exr_attribute: 24 { name: 0, text: 8, number: 16 }
@@ -18,7 +22,7 @@ layouts! {
     struct volgrad_light: 112 { kind: 0, medium: 4, emission: 8, sampling_weight: 20, position: 24, edge_u: 36, edge_v: 48, radius: 60, direction: 64, cos_inner: 76, cos_outer: 80, image: 88, image_width: 96, image_height: 100, custom: 104 }
     struct volgrad_line: 40 { origin: 0, direction: 12, length: 24, segment_count: 28, segments: 32 }
     struct volgrad_material: 64 { kind: 0, flags: 4, reflectance: 8, eta: 20, roughness: 24, conductor_eta: 28, conductor_k: 40, custom: 56 }
-    struct volgrad_medium: 120 { kind: 0, phase: 4, sigma_t: 12, albedo: 24, density: 40, nx: 48, ny: 52, nz: 56, local_to_world: 60, custom: 112 }
+    struct volgrad_medium: 120 { kind: 0, phase: 4, sigma_t: 12, albedo: 24, custom_phase: 36, density: 40, nx: 48, ny: 52, nz: 56, local_to_world: 60, custom: 112 }
     struct volgrad_optical_depth: 84 { tau: 0, origin_gradient: 12, end_gradient: 48 }
     struct volgrad_path: 32 { vertices: 0, segments: 8, edge_ends: 16, vertex_count: 24, segment_count: 28 }
     struct volgrad_path_factor: 32 { vertex: 0, transmittance: 12, geometry: 24 }
@@ -29,7 +33,7 @@ layouts! {
     struct volgrad_queries: 32 { struct_size: 0, reserved: 4, user: 8, intersect: 16, occluded: 24 }
     struct volgrad_ray: 36 { origin: 0, direction: 12, t_min: 24, t_max: 28, medium: 32 }
     struct volgrad_rgb: 12 { r: 0, g: 4, b: 8 }
-    struct volgrad_scene_desc: 152 { struct_size: 0, media_count: 4, material_count: 8, light_count: 12, camera: 16, media: 112, materials: 120, lights: 128, bounds_centre: 136, bounds_radius: 148 }
+    struct volgrad_scene_desc: 168 { struct_size: 0, media_count: 4, material_count: 8, light_count: 12, camera: 16, media: 112, materials: 120, lights: 128, bounds_centre: 136, bounds_radius: 148, phases: 152, phase_count: 160, reserved: 164 }
     struct volgrad_segment: 20 { end: 0, medium: 4, normal: 8 }
     struct volgrad_shift_options: 40 { struct_size: 0, mode: 4, kernel: 8, radius_unit: 12, radius: 16, count: 20, run: 24, exact_count: 28, alpha: 32, clamp: 36 }
     struct volgrad_splat: 20 { x: 0, y: 4, value: 8 }
@@ -57,7 +61,11 @@ layouts! {
     enum volgrad_status::VOLGRAD_ERROR_FILE: 17;
     enum volgrad_status::VOLGRAD_ERROR_OTHER_PATH: 18;
     enum volgrad_status::VOLGRAD_ERROR_INTERNAL: 19;
+    enum volgrad_status::VOLGRAD_ERROR_NO_GRADIENT: 20;
     const VOLGRAD_ABI_VERSION: 1;
+    const VOLGRAD_BLOCK_SAMPLES: 729;
+    const VOLGRAD_BRICK_SIDE: 8;
+    const VOLGRAD_BSDF_TRANSMITS: 1;
     const VOLGRAD_CAMERA_PINHOLE: 0;
     const VOLGRAD_CAMERA_THIN_LENS: 1;
     const VOLGRAD_HEURISTIC_BALANCE: 0;
@@ -69,6 +77,8 @@ layouts! {
     const VOLGRAD_KERNEL_BALL: 1;
     const VOLGRAD_KERNEL_DISK: 0;
     const VOLGRAD_KERNEL_TILE: 2;
+    const VOLGRAD_LIGHT_CUSTOM_POINT: 9;
+    const VOLGRAD_LIGHT_CUSTOM_SKY: 8;
     const VOLGRAD_LIGHT_DIRECTIONAL: 4;
     const VOLGRAD_LIGHT_ENVIRONMENT: 3;
     const VOLGRAD_LIGHT_ENVIRONMENT_MAP: 7;
@@ -78,6 +88,7 @@ layouts! {
     const VOLGRAD_LIGHT_SPOT: 6;
     const VOLGRAD_LIGHT_TRIANGLE: 1;
     const VOLGRAD_MATERIAL_CONDUCTOR: 3;
+    const VOLGRAD_MATERIAL_CUSTOM: 4;
     const VOLGRAD_MATERIAL_DIELECTRIC: 2;
     const VOLGRAD_MATERIAL_DIFFUSE: 0;
     const VOLGRAD_MATERIAL_MIRROR: 1;
@@ -90,7 +101,9 @@ layouts! {
     const VOLGRAD_MEDIUM_CUSTOM: 2;
     const VOLGRAD_MEDIUM_GRID: 1;
     const VOLGRAD_MEDIUM_HOMOGENEOUS: 0;
+    const VOLGRAD_MEDIUM_SPARSE_GRID: 3;
     const VOLGRAD_NONE: 4294967295;
+    const VOLGRAD_PHASE_CUSTOM: 2;
     const VOLGRAD_PHASE_HENYEY_GREENSTEIN: 1;
     const VOLGRAD_PHASE_ISOTROPIC: 0;
     const VOLGRAD_RADIUS_PIXELS: 0;
