@@ -60,7 +60,8 @@ $(TARGET)/freestanding/libvolgrad.a: FORCE
 $(CORE): $(TARGET)/freestanding/libvolgrad.a packaging/one_object.sh | $(BUILD)
 	sh packaging/one_object.sh $< $@
 
-# What EXR needs of the system: as in packaging/volgrad.pc.in and volgradTargets.cmake. Each is the same object, so no symbol but ours is exported.
+# The archive's object again, so that no symbol but ours is exported; what EXR needs of the system as in packaging/volgrad.pc.in and
+# volgradTargets.cmake.
 $(SHARED): $(LIBRARY)
 	$(CC) -shared -Wl,-soname,$(SONAME) -Wl,-z,defs,-z,relro,-z,now -Wl,--whole-archive $< -Wl,--no-whole-archive \
 		$(LDFLAGS) -lgcc_s -lpthread -ldl -lm -o $@
