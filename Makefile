@@ -195,7 +195,8 @@ install: $(if $(shell command -v cargo),libraries)
 	install -m 644 packaging/volgradTargets.cmake $(INSTALLED_LIB)/cmake/volgrad
 
 uninstall:
-	rm -f $(INSTALLED_HEADERS) $(addprefix $(INSTALLED_LIB)/,$(notdir $(LIBRARY) $(CORE) $(SHARED)) $(SONAME) libvolgrad.so pkgconfig/volgrad.pc)
+	rm -f $(INSTALLED_HEADERS) $(addprefix $(INSTALLED_LIB)/,$(notdir $(LIBRARY) $(CORE) $(SHARED)) $(SONAME) libvolgrad.so)
+	rm -f $(INSTALLED_LIB)/pkgconfig/volgrad.pc
 	rm -rf $(INSTALLED_LIB)/cmake/volgrad
 
 # ---- the rest ----

@@ -38,7 +38,8 @@ try [ "$(readlink "$lib/$soname")" = "libvolgrad.so.$version" ]
 try grep -q "SONAME.*\[$soname\]" <<END
 $(readelf -d "$lib/libvolgrad.so")
 END
-echo '#include <volgrad.h>' | "${CC:-cc}" -E -P -I"$stage$prefix/include" - | grep -o 'volgrad_[a-z0-9_]*(' | tr -d '(' | sort -u >"$work/declared"
+echo '#include <volgrad.h>' | "${CC:-cc}" -E -P -I"$stage$prefix/include" - >"$work/header"
+grep -o 'volgrad_[a-z0-9_]*(' "$work/header" | tr -d '(' | sort -u >"$work/declared"
 nm -D --defined-only "$lib/libvolgrad.so" | awk '{ print $3 }' | sort >"$work/exported"
 try diff "$work/declared" "$work/exported"
 
