@@ -182,7 +182,7 @@ UP := $(shell echo $(LIBDIR) | sed 's|[^/][^/]*|..|g')
 FILL_IN := sed -e 's|@VERSION@|$(VERSION)|g' -e 's|@LIBDIR@|$(LIBDIR)|g' -e 's|@UP@|$(UP)|g'
 
 # As root there may be no cargo: then what is built already is installed.
-install: $(if $(shell command -v cargo),libraries)
+install: $(if $(shell command -v cargo 2>/dev/null),libraries)
 	install -d $(DESTDIR)$(PREFIX)/include $(INSTALLED_LIB)/pkgconfig $(INSTALLED_LIB)/cmake/volgrad
 	install -m 644 $(wildcard include/*) $(DESTDIR)$(PREFIX)/include
 	install -m 644 $(LIBRARY) $(CORE) $(INSTALLED_LIB)

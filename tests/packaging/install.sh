@@ -61,6 +61,7 @@ for kind in '' _static; do
     try prints "$in_c" "$work/found/fog_c$kind"
     try prints "$in_cpp" "$work/found/fog_cpp$kind"
 done
+try prints "$in_c" "$work/found/fog_c_core"
 for version in 0.0 0.2 0.1.9 1.0; do
     sed "s/find_package(volgrad 0.1 /find_package(volgrad $version /" examples_c/consumers/find_package/CMakeLists.txt \
         >"$work/consumers/find_package/CMakeLists.txt"
