@@ -67,7 +67,8 @@ $(TARGET)/freestanding/libvolgrad.a: FORCE
 $(CORE): $(TARGET)/freestanding/libvolgrad.a packaging/one_object.sh | $(BUILD)
 	sh packaging/one_object.sh $< $@
 
-# What EXR needs of the system: as in packaging/volgrad.pc.in and volgradTargets.cmake. Each is the same object, so no symbol but ours is exported.
+# The archive's object again, so that no symbol but ours is exported; what EXR needs of the system as in packaging/volgrad.pc.in and
+# volgradTargets.cmake.
 $(SHARED): $(LIBRARY)
 	$(CC) -shared -Wl,-soname,$(SONAME) -Wl,-z,defs,-z,relro,-z,now -Wl,--whole-archive $< -Wl,--no-whole-archive \
 		$(LDFLAGS) -lgcc_s -lpthread -ldl -lm -o $@
@@ -264,7 +265,7 @@ UP := $(shell echo $(LIBDIR) | sed 's|[^/][^/]*|..|g')
 FILL_IN := sed -e 's|@VERSION@|$(VERSION)|g' -e 's|@LIBDIR@|$(LIBDIR)|g' -e 's|@UP@|$(UP)|g'
 
 # As root there may be no cargo: then what is built already is installed.
-install: $(if $(shell command -v cargo),libraries)
+install: $(if $(shell command -v cargo 2>/dev/null),libraries)
 	install -d $(DESTDIR)$(PREFIX)/include $(INSTALLED_LIB)/pkgconfig $(INSTALLED_LIB)/cmake/volgrad
 	install -m 644 $(wildcard include/*) $(DESTDIR)$(PREFIX)/include
 	install -m 644 $(LIBRARY) $(CORE) $(INSTALLED_LIB)
@@ -277,7 +278,8 @@ install: $(if $(shell command -v cargo),libraries)
 	install -m 644 packaging/volgradTargets.cmake $(INSTALLED_LIB)/cmake/volgrad
 
 uninstall:
-	rm -f $(INSTALLED_HEADERS) $(addprefix $(INSTALLED_LIB)/,$(notdir $(LIBRARY) $(CORE) $(SHARED)) $(SONAME) libvolgrad.so pkgconfig/volgrad.pc)
+	rm -f $(INSTALLED_HEADERS) $(addprefix $(INSTALLED_LIB)/,$(notdir $(LIBRARY) $(CORE) $(SHARED)) $(SONAME) libvolgrad.so)
+	rm -f $(INSTALLED_LIB)/pkgconfig/volgrad.pc
 	rm -rf $(INSTALLED_LIB)/cmake/volgrad
 
 # ---- the rest ----

@@ -9,6 +9,7 @@ functions=$(nm --defined-only --extern-only "$1" 2>/dev/null | awk '$2 == "T" &&
 [ -n "$functions" ]
 # shellcheck disable=SC2046,SC2086 # lists of words
 ${LD:-ld} -r --gc-sections --force-group-allocation $(printf -- '-u %s ' $functions) -o "$work/volgrad.o" "$1"
-${OBJCOPY:-objcopy} --wildcard --keep-global-symbol='volgrad_*' --strip-debug --remove-section=.llvmbc --remove-section=.llvmcmd "$work/volgrad.o"
+${OBJCOPY:-objcopy} --wildcard --keep-global-symbol='volgrad_*' --strip-debug \
+    --remove-section=.llvmbc --remove-section=.llvmcmd "$work/volgrad.o"
 rm -f "$2"
 ${AR:-ar} rcsD "$2" "$work/volgrad.o"

@@ -1,11 +1,11 @@
-"""The binary interface that include/volgrad.h promises, against the one last accepted, which lies beside this file: volgrad.abi, a dump of
-libabigail's, and layout.h and layout.rs, the same sizes, offsets and numbers for C's and Rust's compilers.
+"""The binary interface that include/volgrad.h promises, against the one last accepted, which lies beside this file: volgrad.abi, a dump
+of libabigail's, and layout.h and layout.rs, the same sizes, offsets and numbers for C's and Rust's compilers.
 
-abi.py compares, and explains what differs; abi.py --accept (make abi) writes all three anew. What users' compiled programs rely on may only
-change with VOLGRAD_ABI_VERSION; functions and kinds may be added at any time.
+abi.py compares, and explains what differs; abi.py --accept (make abi) writes all three anew. What users' compiled programs rely on may
+only change with VOLGRAD_ABI_VERSION; functions and kinds may be added at any time.
 
-The dump is made from the header alone: a C library of its functions, all empty. That Rust's structs are those of the header is what layout.rs
-is for, and header_compiles.sh, that the library has these functions.
+The dump is made from the header alone: a C library of its functions, all empty. That Rust's structs are those of the header is what
+tests/layout.rs is for; that the library has these functions, tests/c/header_compiles.sh.
 """
 
 import os

@@ -1,4 +1,5 @@
-/* The header's structs and numbers are those that were last accepted (make abi), on 64-bit machines. tests/layout.rs asserts the same of Rust's. */
+/* The header's structs and numbers are those that were last accepted (make abi), on 64-bit machines. tests/layout.rs asserts the same of
+ * Rust's. */
 #include <assert.h>
 #include <stddef.h>
 #include <stdio.h>

@@ -40,7 +40,7 @@ try diff "$work/without-exr" "$work/in-core"
 # shellcheck disable=SC2086 # a list of words
 try "$cc" -std=c99 -O1 -Iinclude examples_c/path_gradient.c "$library" $hosted -o "$work/hosted"
 if [ "$(uname -m)" = x86_64 ]; then
-    try "$cc" -std=c11 -O1 -ffreestanding -fno-stack-protector -fno-tree-loop-distribute-patterns -nostdlib -static -Iinclude \
+    try "$cc" -std=c11 -O1 -ffreestanding -fno-stack-protector -nostdlib -static -Iinclude \
         tests/packaging/bare.c examples_c/path_gradient.c "$core" -o "$work/bare"
     nm --undefined-only "$work/bare" >"$work/undefined"
     try no_lines "$work/undefined"

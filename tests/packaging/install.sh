@@ -38,7 +38,8 @@ try [ "$(readlink "$lib/$soname")" = "libvolgrad.so.$version" ]
 try grep -q "SONAME.*\[$soname\]" <<END
 $(readelf -d "$lib/libvolgrad.so")
 END
-echo '#include <volgrad.h>' | "${CC:-cc}" -E -P -I"$stage$prefix/include" - | grep -o 'volgrad_[a-z0-9_]*(' | tr -d '(' | sort -u >"$work/declared"
+echo '#include <volgrad.h>' | "${CC:-cc}" -E -P -I"$stage$prefix/include" - >"$work/header"
+grep -o 'volgrad_[a-z0-9_]*(' "$work/header" | tr -d '(' | sort -u >"$work/declared"
 nm -D --defined-only "$lib/libvolgrad.so" | awk '{ print $3 }' | sort >"$work/exported"
 try diff "$work/declared" "$work/exported"
 
@@ -60,6 +61,7 @@ for kind in '' _static; do
     try prints "$in_c" "$work/found/fog_c$kind"
     try prints "$in_cpp" "$work/found/fog_cpp$kind"
 done
+try prints "$in_c" "$work/found/fog_c_core"
 for version in 0.0 0.2 0.1.9 1.0; do
     sed "s/find_package(volgrad 0.1 /find_package(volgrad $version /" examples_c/consumers/find_package/CMakeLists.txt \
         >"$work/consumers/find_package/CMakeLists.txt"
