@@ -33,7 +33,7 @@ static void fill(void) {
     static const float box[12] = {2, 0, 0, -1, 0, 2, 0, -1, 0, 0, 4, 0};
     memset(&custom, 0, sizeof custom);
     field = (slope){0.25f, 0, 0};
-    custom.custom = (volgrad_custom_density){sizeof(volgrad_custom_density), 0, &field, slope_density, slope_gradient, 0.1f, 1};
+    custom.custom = (volgrad_custom_density){sizeof(volgrad_custom_density), 0, &field, slope_density, slope_gradient, 0.1f, 1, NULL};
     small_scene_fill(&s);
     s.media[0].kind = VOLGRAD_MEDIUM_CUSTOM;
     s.media[0].custom = &custom.custom;
@@ -63,7 +63,7 @@ static void test_description(void) {
     CHECK_STATUS(volgrad_scene_size(&s.desc, &with), VOLGRAD_OK);
     s.media[0].kind = VOLGRAD_MEDIUM_HOMOGENEOUS;
     CHECK_STATUS(volgrad_scene_size(&s.desc, &without), VOLGRAD_OK);
-    CHECK(with > without && with <= without + 32); /* a counter */
+    CHECK(with > without && with <= without + 64); /* a table and a counter */
     BAD(s.media[0].kind = VOLGRAD_MEDIUM_HOMOGENEOUS, VOLGRAD_ERROR_RANGE, "media: a reserved field");
     BAD(s.media[0].custom = NULL, VOLGRAD_ERROR_NULL, "media.custom");
     BAD(s.media[0].custom = memory + 1, VOLGRAD_ERROR_MISALIGNED, "media.custom");

@@ -31,5 +31,7 @@ build_and_run c11 "$work/readme.c" '^gradient of log f: 0 2 -1.66667$'
 build_and_run c99 examples_c/path_gradient.c '^( 0.00,  0.00,  0.00)       1.0000           1.0000$'
 # The exact optical depth is 3.6053.
 build_and_run c99 examples_c/custom_medium.c '^step 0.05:      optical depth 3.601'
+# Two samplers that use the callbacks in different ways.
+build_and_run c99 examples_c/custom_materials.c '^they agree; 0 bad values$'
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

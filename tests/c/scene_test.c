@@ -81,7 +81,7 @@ static void test_media(void) {
     volgrad_medium *m = s.media;
     KIND(m[1].kind = 4, "media.kind", 1);
     KIND(m[0].kind = UINT32_MAX, "media.kind", 0);
-    KIND(m[0].phase.kind = 2, "media.phase", 0);
+    KIND(m[0].phase.kind = 3, "media.phase", 0);
     m[1].phase.kind = VOLGRAD_PHASE_HENYEY_GREENSTEIN;
     BAD(m[1].phase.g = NAN, VOLGRAD_ERROR_NOT_FINITE, "media.phase", 1);
     m[1].phase.kind = VOLGRAD_PHASE_HENYEY_GREENSTEIN;
@@ -116,7 +116,7 @@ static void test_media(void) {
 
 static void test_materials_and_lights(void) {
     volgrad_material *m = s.materials;
-    KIND(m[GLASS].kind = 4, "materials.kind", GLASS);
+    KIND(m[GLASS].kind = 5, "materials.kind", GLASS);
     NOT_FINITE_RGB(m[DIFFUSE].reflectance, "materials.reflectance", DIFFUSE);
     NOT_FINITE_RGB(m[MIRROR].reflectance, "materials.reflectance", MIRROR);
     RANGE(m[DIFFUSE].reflectance.r = 1.5f, "materials.reflectance", DIFFUSE);
@@ -139,7 +139,7 @@ static void test_materials_and_lights(void) {
     RANGE((METAL, m[MIRROR].reflectance.r = 2), "materials.reflectance", MIRROR);
 
     volgrad_light *l = s.lights;
-    KIND(l[SKY].kind = 8, "lights.kind", SKY);
+    KIND(l[SKY].kind = 10, "lights.kind", SKY);
     RANGE(l[POINT_LIGHT].kind = VOLGRAD_LIGHT_ENVIRONMENT, "lights.kind", 1); /* the second environment is one too many */
     for (uint32_t i = 0; i < LIGHTS; i++) {
         NOT_FINITE_RGB(l[i].emission, "lights.emission", i);

@@ -3,8 +3,8 @@
 #include "check.h"
 
 int main(void) {
-    const int32_t numbers[] = {-1, VOLGRAD_ERROR_INTERNAL + 1, INT32_MIN, INT32_MAX};
-    for (int32_t i = VOLGRAD_OK; i <= VOLGRAD_ERROR_INTERNAL; i++) {
+    const int32_t numbers[] = {-1, VOLGRAD_ERROR_NO_GRADIENT + 1, INT32_MIN, INT32_MAX};
+    for (int32_t i = VOLGRAD_OK; i <= VOLGRAD_ERROR_NO_GRADIENT; i++) {
         const char *text = volgrad_status_message(i);
         CHECK(text != NULL && *text != '\0' && strcmp(text, volgrad_status_message(-1)) != 0);
     }
