@@ -207,6 +207,56 @@ test-nvdb: $(BUILD)/tests/nvdb_test $(NVDB)/written $(RENDER) $(VENV)/ready
 
 test-c: test-nvdb
 
+# ---- fuzzing: tests/fuzz/NAME.c is a libFuzzer target, tests/fuzz/corpus/NAME what it starts with ----
+#
+#   make fuzz SECONDS=1800 FUZZ=nvdb     runs one target, or all of them, with clang; what is new goes to build/fuzz/corpus, findings to build/fuzz
+#   make test-fuzz                       replays the corpus with any compiler
+
+SECONDS ?= 60
+FUZZ ?= $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
+FUZZ_FLAGS := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -D_POSIX_C_SOURCE=200809L -Iexamples_c/render
+FUZZ_LIMITS := -timeout=60 -rss_limit_mb=4096 -max_len=65536 -close_fd_mask=2 -print_final_stats=1
+# The library with what libFuzzer looks at to see where an input leads, and with checks of overflow.
+FUZZ_RUSTFLAGS := -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
+	-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares -Cdebug-assertions -Ccodegen-units=1
+FUZZ_TARGET := $(shell rustc -vV 2>/dev/null | sed -n 's/^host: //p')
+
+$(BUILD)/fuzz $(BUILD)/fuzz/host $(BUILD)/replay/host:
+	mkdir -p $@
+
+$(BUILD)/fuzz/libvolgrad.a: $(wildcard src/*.rs src/*/*.rs src/*/*/*.rs) | $(BUILD)/fuzz
+	RUSTFLAGS='$(FUZZ_RUSTFLAGS)' cargo rustc --release --lib --features $(FEATURES) --crate-type staticlib --target $(FUZZ_TARGET)
+	cp -p $(TARGET)/$(FUZZ_TARGET)/release/libvolgrad.a $@
+
+$(BUILD)/fuzz/host/%.o: examples_c/render/%.c $(HOST_HEADERS) | $(BUILD)/fuzz/host
+	clang $(C_FLAGS) $(FUZZ_FLAGS) -fsanitize=fuzzer-no-link -c $< -o $@
+
+$(BUILD)/replay/host/%.o: examples_c/render/%.c $(HOST_HEADERS) | $(BUILD)/replay/host
+	$(CC) $(C_FLAGS) $(FUZZ_FLAGS) -c $< -o $@
+
+HOST_PARTS := $(patsubst examples_c/render/%.c,%.o,$(filter-out %/main.c,$(HOST)))
+
+$(BUILD)/fuzz/%: tests/fuzz/%.c $(wildcard tests/fuzz/*.h) $(addprefix $(BUILD)/fuzz/host/,$(HOST_PARTS)) $(BUILD)/fuzz/libvolgrad.a
+	clang $(C_FLAGS) $(FUZZ_FLAGS) -fsanitize=fuzzer $< $(filter %.o %.a,$^) $(C_LIBS) -o $@
+
+$(BUILD)/replay/%: tests/fuzz/%.c tests/fuzz/replay.c $(wildcard tests/fuzz/*.h) $(addprefix $(BUILD)/replay/host/,$(HOST_PARTS)) $(LIBRARY)
+	$(CC) $(C_FLAGS) $(FUZZ_FLAGS) $(filter %.c %.o %.a,$^) $(C_LIBS) -o $@
+
+.PHONY: fuzz test-fuzz
+.SECONDARY:
+
+fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZ))
+	@set -e; for f in $(FUZZ); do \
+		mkdir -p $(BUILD)/fuzz/corpus/$$f; echo "== $$f, $(SECONDS) s"; \
+		$(BUILD)/fuzz/$$f $(FUZZ_LIMITS) -artifact_prefix=$(BUILD)/fuzz/$$f- -max_total_time=$(SECONDS) $(BUILD)/fuzz/corpus/$$f tests/fuzz/corpus/$$f \
+			</dev/null 2>&1 | tail -n 25; done
+
+# What targets say of bad inputs is shown only if one fails.
+test-fuzz: $(addprefix $(BUILD)/replay/,$(FUZZ))
+	@set -e; for f in $(FUZZ); do $(BUILD)/replay/$$f tests/fuzz/corpus/$$f 2>$(BUILD)/replay/log || { tail -n 60 $(BUILD)/replay/log; exit 1; }; done
+
+test-c: test-fuzz
+
 # ---- the long checks, the demo ----
 
 validate: deps

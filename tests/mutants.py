@@ -278,8 +278,8 @@ MUTANTS = [
     Mutant(
         "a sparse grid's cell is one further in its block",
         "src/medium/walk.rs",
-        "cell.map(|c| c % side)",
-        "cell.map(|c| (c + 1) % side)",
+        "map(|c| (c % side) as usize)",
+        "map(|c| ((c + 1) % side) as usize)",
         "grid sparse_grids_are_the_same",
     ),
     Mutant(

@@ -21,7 +21,7 @@ typedef struct {
 /* nvdb_file.c: the grid called `name`, or the only one if that is NULL. Reports errors at `node`; nothing is to be freed then. */
 int nvdb_read(const xml_node *node, const char *path, const char *name, nvdb_grid *out);
 
-/* nvdb_tree.c: all of the grid's values, for which nothing in it is trusted. Reports errors at `node`; nothing is to be freed then. */
+/* nvdb_bricks.c: all of the grid's values; nothing in it is trusted. Reports errors at `node`; nothing is to be freed then. */
 int nvdb_bricks(const xml_node *node, const char *path, const nvdb_grid *grid, nvdb_volume *out);
 
 void nvdb_free(const volgrad_sparse_grid *grid);

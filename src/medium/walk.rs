@@ -18,6 +18,8 @@ pub struct Samples<'a> {
     blocks: &'a [u32],
     bricks: &'a [Brick],
     pub size: [i32; 3],
+    /// From one row of bricks to the next, and from one plane.
+    brick_strides: [u32; 2],
     cell_lattice: Lattice,
     brick_lattice: Lattice,
 }
@@ -50,6 +52,7 @@ impl<'a> Samples<'a> {
             blocks,
             bricks,
             size,
+            brick_strides: [bx as u32, (bx * by) as u32],
             // Cell (1, 1, 1) starts at sample 0.
             cell_lattice: Lattice::new(1, size.map(|n| n + 1), -(1.0 + nx + nx * ny), DVec3::new(1.0, nx, nx * ny)),
             brick_lattice: Lattice::new(BRICK_SIDE, brick_counts(size), 0.0, DVec3::new(1.0, bx, bx * by)),
@@ -155,8 +158,10 @@ impl<'a> Samples<'a> {
             (chord.x, chord.y, chord.z) = (cell.x, cell.y, cell.z);
             if chord.start >= core.start && chord.end <= core.end {
                 self.read_inner_corners(index, &mut chord.corners);
-            } else {
+            } else if self.blocks.is_empty() {
                 chord.corners = self.corners([cell.x as i32, cell.y as i32, cell.z as i32]);
+            } else {
+                chord.corners = self.corners_in_block([cell.x as u32, cell.y as u32, cell.z as u32]);
             }
             count += 1;
         }
@@ -189,7 +194,7 @@ impl<'a> Samples<'a> {
     #[inline(never)]
     pub fn corners(&self, cell: [i32; 3]) -> Corners {
         if !self.blocks.is_empty() {
-            return self.corners_in_block(cell);
+            return self.corners_in_block(cell.map(|c| c.max(0) as u32));
         }
         let below = |axis: usize| (cell[axis] - 1).max(0) as usize;
         let above = |axis: usize| cell[axis].min(self.size[axis] - 1) as usize;
@@ -200,13 +205,13 @@ impl<'a> Samples<'a> {
     }
 
     /// The same from the blocks, where samples outside the box are those of its border.
-    fn corners_in_block(&self, cell: [i32; 3]) -> Corners {
-        let side = BRICK_SIDE as usize;
-        let cell: [usize; 3] = core::array::from_fn(|axis| cell[axis].min(self.size[axis]).max(0) as usize);
-        let [x, y, z] = cell.map(|c| c / side);
-        let [nx, ny, _] = brick_counts(self.size).map(|n| n as usize);
-        match self.blocks.get((z * ny + y) * nx + x) {
-            Some(block) => block_corners(self.density, *block, cell.map(|c| c % side)),
+    #[inline(always)]
+    fn corners_in_block(&self, cell: [u32; 3]) -> Corners {
+        let side = BRICK_SIDE as u32;
+        let [x, y, z]: [u32; 3] = core::array::from_fn(|axis| cell[axis].min(self.size[axis] as u32));
+        let [row, plane] = self.brick_strides;
+        match self.blocks.get((z / side * plane + y / side * row + x / side) as usize) {
+            Some(block) => block_corners(self.density, *block, [x, y, z].map(|c| (c % side) as usize)),
             None => Corners::default(),
         }
     }
