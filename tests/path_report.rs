@@ -5,7 +5,9 @@ mod toy;
 use toy::scenes::{World, camera, homogeneous};
 use volgrad::math::{Colour, DVec3, Vec3};
 use volgrad::medium::Segment;
-use volgrad::path::{Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, Vertex, contribution, factors, path_log_gradient, report};
+use volgrad::path::{
+    Path, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, Vertex, contribution, factors, path_log_gradient, report,
+};
 use volgrad::scene::Light;
 use volgrad::text::Text;
 
@@ -20,8 +22,20 @@ fn number(x: f64) -> String {
 #[test]
 fn numbers_read_as_they_are() {
     let cases = [(0.0, "0"), (1.0, "1"), (-2.5, "-2.5"), (0.1, "0.1"), (1234567.0, "1234567"), (0.001234, "0.001234")];
-    let more = [(100.0, "100"), (12345678.0, "1.234568e+7"), (9.9999999e-5, "0.0001"), (1.5e-300, "1.5e-300"), (5e-324, "4.940656e-324")];
-    let odd = [(f64::NAN, "nan"), (f64::INFINITY, "inf"), (f64::NEG_INFINITY, "-inf"), (f64::MAX, "1.797693e+308"), (0.99999999, "1")];
+    let more = [
+        (100.0, "100"),
+        (12345678.0, "1.234568e+7"),
+        (9.9999999e-5, "0.0001"),
+        (1.5e-300, "1.5e-300"),
+        (5e-324, "4.940656e-324"),
+    ];
+    let odd = [
+        (f64::NAN, "nan"),
+        (f64::INFINITY, "inf"),
+        (f64::NEG_INFINITY, "-inf"),
+        (f64::MAX, "1.797693e+308"),
+        (0.99999999, "1"),
+    ];
     for (x, expected) in cases.into_iter().chain(more).chain(odd) {
         assert_eq!(number(x), expected);
     }
@@ -45,7 +59,12 @@ fn world() -> World {
 }
 
 fn vertices() -> [Vertex; 3] {
-    let at = |kind, position: [f32; 3]| Vertex { kind, index: 0, position: Vec3::from(DVec3::from(position.map(f64::from))), ..Vertex::default() };
+    let at = |kind, position: [f32; 3]| Vertex {
+        kind,
+        index: 0,
+        position: Vec3::from(DVec3::from(position.map(f64::from))),
+        ..Vertex::default()
+    };
     [at(VERTEX_CAMERA, [0.0; 3]), at(VERTEX_MEDIUM, [0.1, 0.2, 0.3]), at(VERTEX_LIGHT, LIGHT)]
 }
 

@@ -137,7 +137,9 @@ fn wrong(text: &mut Text, error: PathError) {
         PathErrorKind::NotFinite => "not finite, or not of unit length",
         PathErrorKind::Misplaced => "off the lens, or not where the light is",
         PathErrorKind::ZeroLength => "at the place of the next vertex",
-        PathErrorKind::BadSegments => "segments missing, too many, out of order, too short, or of another medium than the vertex",
+        PathErrorKind::BadSegments => {
+            "segments missing, too many, out of order, too short, or of another medium than the vertex"
+        }
         PathErrorKind::NotMovable => "cannot move freely: not in a medium, or beside a specular surface",
         PathErrorKind::ZeroContribution => "f is 0",
     };

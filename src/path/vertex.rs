@@ -183,11 +183,14 @@ impl<'a> Path<'a> {
             if !position_ok || (node.has_cosine() && !is_unit(vertex.normal)) {
                 return Err(PathErrorKind::NotFinite.at(i));
             }
-            if !is_in_place(&node, vertex.position.wide()) {
+        }
+        (0..self.vertices.len() - 1).try_for_each(|i| self.validate_edge(scene, i))?;
+        for i in [0, self.vertices.len() - 1] {
+            if !is_in_place(&self.node(scene, i)?, self.position(scene, i)?) {
                 return Err(PathErrorKind::Misplaced.at(i));
             }
         }
-        (0..self.vertices.len() - 1).try_for_each(|i| self.validate_edge(scene, i))
+        Ok(())
     }
 
     fn validate_edge(&self, scene: &Scene, i: usize) -> Result<(), PathError> {
@@ -230,7 +233,8 @@ fn is_in_place(node: &Node, x: DVec3) -> bool {
         Node::Camera(camera) if !camera.is_pinhole() => {
             let from_centre = x - camera.position;
             let off_plane = camera.forward.dot(from_centre).abs();
-            off_plane <= SLACK * (camera.lens_radius + x.length()) && camera.on_lens(x).length() <= camera.lens_radius * (1.0 + SLACK)
+            off_plane <= SLACK * (camera.lens_radius + x.length())
+                && camera.on_lens(x).length() <= camera.lens_radius * (1.0 + SLACK)
         }
         Node::Light(Light::Directional { direction, .. }) => (x + *direction).length() <= SLACK,
         Node::Light(Light::Point { position, .. } | Light::Spot { position, .. }) => {
