@@ -46,7 +46,7 @@ RECORD := examples_c/record/record.c examples_c/record/mutation.c
 RECORD_HEADERS := $(wildcard examples_c/record/*.h)
 RECORD_OBJECTS := $(RECORD:examples_c/record/%.c=$(BUILD)/record/%.o)
 
-.PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-packaging test-cli test-scenes test-nvdb libraries install uninstall abi panics FORCE
+.PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-record test-packaging test-cli test-scenes test-nvdb libraries install uninstall abi panics FORCE
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER) $(REPLAY)
@@ -96,7 +96,7 @@ $(BUILD) $(BUILD)/render $(BUILD)/record $(BUILD)/tests:
 # ---- tests ----
 
 test: deps
-	$(MAKE) test-rust test-c test-cpp test-packaging test-cli test-scenes
+	$(MAKE) test-rust test-c test-cpp test-record test-packaging test-cli test-scenes
 
 test-rust:
 	cargo test --no-fail-fast --features $(FEATURES)
@@ -131,6 +131,18 @@ PACKAGING_SCRIPTS := $(wildcard tests/packaging/*.sh)
 test-packaging: libraries
 	CC='$(CC)' $(PYTHON) tests/abi/abi.py
 	@set -e; for t in $(PACKAGING_SCRIPTS); do echo $$t; MAKE='$(MAKE)' CC='$(CC)' BUILD='$(BUILD)' sh $$t; done
+
+# Records are made by the renderer and by a small host, and replayed under the sanitizers.
+RECORD_TESTS := $(BUILD)/tests/volgrad-replay $(BUILD)/tests/record_test
+
+$(BUILD)/tests/volgrad-replay: examples_c/record/replay.c examples_c/record/replay_file.c $(RECORD) $(RECORD_HEADERS) $(LIBRARY) | $(BUILD)/tests
+	$(CC) $(C_FLAGS) $(SANITIZE) $(filter %.c,$^) $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+$(BUILD)/tests/record_test: tests/record/record_test.c $(RECORD) $(RECORD_HEADERS) $(LIBRARY) | $(BUILD)/tests
+	$(CC) $(C_FLAGS) $(SANITIZE) $(filter %.c,$^) $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+
+test-record: $(RENDER) $(REPLAY) $(RECORD_TESTS)
+	sh tests/record/replay_test.sh $(RENDER) $(RECORD_TESTS)
 
 test-cli: $(RENDER) $(VENV)/ready
 	sh tests/host/cli_test.sh $(RENDER) $(PY)

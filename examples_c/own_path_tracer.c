@@ -1,7 +1,9 @@
-/* A path tracer with its own rays, volume, free flights, phase functions and light samples, which knows volgrad by one call: each light
- * path that it finds is handed to volgrad_shift_path, and comes back as splats in a tile of pixels. Smoke on the ground under an even sky
- * (scenes/smoke.xml), plain and shifted in the same time, beside the reference.
- * cc -O2 -Iinclude examples_c/own_path_tracer.c build/libvolgrad.a -lm -lpthread -ldl -lgcc_s; ./a.out [SECONDS [SIDE]], in the root folder */
+/* A path tracer with its own rays, volume, free flights, phase functions and light samples, which uses volgrad to get
+ * its noise down: the light paths that it finds in a tile of pixels are handed to volgrad_shift_paths, and each comes back as splats in all of
+ * them. Smoke on the ground under an even sky (scenes/smoke.xml), plain and shifted in the same time, beside the reference.
+ * cc -O2 -Iinclude examples_c/own_path_tracer.c build/libvolgrad.a -lm -lpthread -ldl -lgcc_s
+ * ./a.out [SECONDS [SIDE [LOOSE [EDGES]]]], in the root folder: of each; pixels along a tile; how many times too high the majorant of delta
+ * tracking is, to see what a renderer gains whose paths are dearer; edges of the longest paths that are shifted. */
 
 #include <math.h>
 #include <stdio.h>
@@ -263,7 +265,9 @@ static void trace(image *out, vec o, vec d)
         double to_ground = ground(o, d), t = collide(o, d, to_ground);
         int in_smoke = t < to_ground;
         if (isinf(fmin(t, to_ground))) return;
+        vec before = o;
         o = add(&p, in_smoke ? VOLGRAD_VERTEX_MEDIUM : VOLGRAD_VERTEX_SURFACE, in_smoke ? SMOKE : GROUND, d, fmin(t, to_ground));
+        if (dot(at(o, -1, before), at(o, -1, before)) == 0) return; /* too near for single precision */
         carried = scaled(1 / survival, times(carried, in_smoke ? ALBEDO : REFLECTANCE));
         vec to_sky = scatter(in_smoke, d);
         if (isinf(ground(o, to_sky))) splat(out, &p, to_sky, scaled(transmittance(o, to_sky), times(carried, RADIANCE)));
@@ -346,27 +350,50 @@ static void describe(const volgrad_camera *camera)
 
 static double cpu_seconds(void) { return (double)clock() / CLOCKS_PER_SEC; }
 
-/* Renders whole passes for `seconds`, into pixels of its own. */
-static float *render(double seconds, const volgrad_camera *camera, int is_shifted)
+/* ---- errors ---- */
+
+enum { MOST_PASSES = 4096, BLOCK = 16, BLOCKS = SIZE / BLOCK * (SIZE / BLOCK) };
+
+/* What was rendered in some time: the image, and the means of its blocks in each pass. */
+typedef struct {
+    double rgb[3 * SIZE * SIZE];
+    int passes;
+    double blocks[MOST_PASSES][BLOCKS];
+} result;
+
+static void add_pass(result *out, const float *rgb)
 {
+    double *blocks = out->blocks[out->passes++];
+    for (int i = 0; i < 3 * SIZE * SIZE; i++) {
+        out->rgb[i] += rgb[i];
+        blocks[i / 3 / SIZE / BLOCK * (SIZE / BLOCK) + i / 3 % SIZE / BLOCK] += rgb[i] / (3 * BLOCK * BLOCK);
+    }
+}
+
+/* Renders whole passes for `seconds`, shifted or not with the same paths. */
+static void render(double seconds, const volgrad_camera *camera, int is_shifted, result *out)
+{
+    static float rgb[3 * SIZE * SIZE];
     uintptr_t bytes;
-    image out = {.is_shifted = is_shifted};
+    image target = {.is_shifted = is_shifted};
     check(volgrad_film_size(SIZE, SIZE, &bytes));
-    check(volgrad_film_init(memory(bytes), bytes, SIZE, SIZE, &out.film));
+    void *film = memory(bytes);
     double start = cpu_seconds();
-    do {
-        render_pass(&out, camera);
-    } while (cpu_seconds() - start < seconds);
-    float *rgb = memory(3 * SIZE * SIZE * sizeof *rgb);
-    check(volgrad_film_develop(out.film, 1.0 / (double)out.pass, rgb, 3 * SIZE * SIZE));
-    double each = (cpu_seconds() - start) * 1e6 / (double)(out.pass * SIZE * SIZE);
-    printf("%-8s %4d samples per pixel, %5.2f us each, %.2f of them paths to shift", is_shifted ? "shifted" : "plain", (int)out.pass, each,
-           (double)out.handed_over / (double)(out.pass * SIZE * SIZE));
-    return rgb;
+    for (state = 1; out->passes < MOST_PASSES && (out->passes < 2 || cpu_seconds() - start < seconds);) {
+        check(volgrad_film_init(film, bytes, SIZE, SIZE, &target.film));
+        render_pass(&target, camera);
+        check(volgrad_film_develop(target.film, 1, rgb, 3 * SIZE * SIZE));
+        add_pass(out, rgb);
+    }
+    double samples = (double)out->passes * SIZE * SIZE;
+    for (int i = 0; i < 3 * SIZE * SIZE; i++) out->rgb[i] /= out->passes;
+    printf("%-8s %4d samples per pixel, %6.2f us each, %.2f paths to shift", is_shifted ? "shifted" : "plain", out->passes,
+           (cpu_seconds() - start) * 1e6 / samples, (double)target.handed_over / samples);
+    free(film);
 }
 
 /* Mean squared difference, without the reference's own noise. */
-static double mse(const float *rgb, const float *reference, const float *noise)
+static double mse(const double *rgb, const float *reference, const float *noise)
 {
     double sum = 0;
     for (int i = 0; i < 3 * SIZE * SIZE; i++) {
@@ -376,22 +403,47 @@ static double mse(const float *rgb, const float *reference, const float *noise)
     return sum / (3 * SIZE * SIZE);
 }
 
+/* By how much shifts change the mean of each block, in standard errors: pass by pass, since both have the same paths. Mean square and largest:
+   about 1, and seldom beyond 3.5. */
+static void compare(const result *plain, const result *shifted)
+{
+    int n = plain->passes < shifted->passes ? plain->passes : shifted->passes;
+    double sum_of_squares = 0, largest = 0;
+    for (int b = 0; b < BLOCKS; b++) {
+        double sum = 0, squares = 0;
+        for (int i = 0; i < n; i++) {
+            double difference = shifted->blocks[i][b] - plain->blocks[i][b];
+            sum += difference, squares += difference * difference;
+        }
+        double variance = fmax(0, squares - sum * sum / n) / (n - 1) * n;
+        double score = variance > 0 ? sum / sqrt(variance) : 0;
+        sum_of_squares += score * score;
+        largest = fmax(largest, fabs(score));
+    }
+    printf("shifts change the means of %d blocks by %.2f standard errors (rms), %.2f at most, in %d passes\n", BLOCKS,
+           sqrt(sum_of_squares / BLOCKS), largest, n);
+}
+
 int main(int argc, char **argv)
 {
     double seconds = argc > 1 ? atof(argv[1]) : 10;
     uint32_t side = argc > 2 ? (uint32_t)atoi(argv[2]) : 3;
     static float reference[3 * SIZE * SIZE], noise[3 * SIZE * SIZE];
-    load_smoke("scenes/smoke.vol", argc > 3 ? atof(argv[3]) : 1); 
+    static result plain, shifted;
+    load_smoke("scenes/smoke.vol", argc > 3 ? atof(argv[3]) : 1);
+    shifted_edges = argc > 4 ? (uint32_t)atoi(argv[4]) : 3;
     check(volgrad_exr_read("scenes/reference/smoke.exr", reference, 3 * SIZE * SIZE));
     check(volgrad_exr_read("scenes/reference/smoke_stderr.exr", noise, 3 * SIZE * SIZE));
     volgrad_camera camera = look((vec){0, 1.7, 7.6}, (vec){0, 1.95, 0});
     describe(&camera);
     check(volgrad_shift_options_default(&shift, sizeof shift));
     shift.mode = VOLGRAD_SHIFT_EXCHANGEABLE, shift.count = side * side - 1, shift.run = 1;
-    shifted_edges = argc > 4 ? (uint32_t)atoi(argv[4]) : 3;
-    double plain = mse(render(seconds, &camera, 0), reference, noise);
-    printf(", MSE %.3g\n", plain);
-    double shifted = mse(render(seconds, &camera, 1), reference, noise);
-    printf(", MSE %.3g\n%.2f times lower at equal time\n", shifted, plain / shifted);
+    render(seconds, &camera, 0, &plain);
+    double error = mse(plain.rgb, reference, noise);
+    printf(", MSE %.3g\n", error);
+    render(seconds, &camera, 1, &shifted);
+    double shifted_error = mse(shifted.rgb, reference, noise);
+    printf(", MSE %.3g\n%.2f times lower in equal time\n", shifted_error, error / shifted_error);
+    compare(&plain, &shifted);
     return 0;
 }

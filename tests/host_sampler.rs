@@ -14,7 +14,7 @@ use volgrad::path::{Path, PathError, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT,
 use volgrad::phase::Phase;
 use volgrad::sampler::{Stats, shift_numbers, tile_numbers};
 use volgrad::scene::{HIT_SURFACE, Hit, Light, Queries, Ray};
-use volgrad::shift::{self, BatchStats, Draw, Kernel, Mode, Options, Paths, Radius, Tile, Tiling};
+use volgrad::shift::{self, BatchStats, Draw, Kernel, Mode, Options, Paths, Radius, Scratch, Tile, Tiling};
 
 /// Paths per pixel and batch: 64 × 64 × 128 = 524 288 per estimate.
 const PASSES: u64 = 128;
@@ -346,7 +346,8 @@ fn paths_that_begin_alike_share_a_batch() {
         let options = options(Mode::Exchangeable, Kernel::Tile, run);
         let tiles = tile_numbers(41, seed);
         let (mut apart, mut together) = (vec![], vec![]);
-        let mut paths = Paths::new(&scene, &world.geometry, options, tiles);
+        let mut scratch = Scratch::default();
+        let mut paths = Paths::new(&scene, &world.geometry, options, tiles, &mut scratch);
         for path in &all {
             let random = || unreachable!("exchangeable tiles leave nothing to chance");
             shifted(&world, &options, &path.path(), path.weight, tiles, random, &mut |p, c| apart.push((p, c)));

@@ -5,14 +5,22 @@
 
 #include "mutation.h"
 
+static void put(recorder *r, const void *bytes, size_t count)
+{
+    if (count > 0) {
+        fwrite(bytes, 1, count, r->file);
+        r->hash = record_hash(r->hash, bytes, count);
+    }
+}
+
 static void chunk(recorder *r, const char *tag, uint32_t number, const void *bytes, size_t count)
 {
     static const char zeros[16];
     record_chunk head = {.number = number, .bytes = count};
     memcpy(head.tag, tag, sizeof head.tag);
-    fwrite(&head, sizeof head, 1, r->file);
-    fwrite(bytes, 1, count, r->file);
-    fwrite(zeros, 1, (16 - count % 16) % 16, r->file);
+    put(r, &head, sizeof head);
+    put(r, bytes, count);
+    put(r, zeros, (16 - count % 16) % 16);
 }
 
 /* ---- the scene ---- */
@@ -62,12 +70,12 @@ static const char *lights(recorder *r, const volgrad_scene_desc *desc)
 
 const char *record_begin(recorder *r, const char *file, const volgrad_scene_desc *desc, const volgrad_film *guide, size_t guide_bytes)
 {
-    *r = (recorder){.file = fopen(file, "wb")};
+    *r = (recorder){.file = fopen(file, "wb"), .hash = RECORD_NO_BYTES};
     if (r->file == NULL) {
         return "the file cannot be opened";
     }
     record_head head = {{'V', 'G', 'R', 'E', 'C', 'O', 'R', 'D'}, RECORD_VERSION, VOLGRAD_ABI_VERSION, sizeof(void *), 0x01020304, 0};
-    fwrite(&head, sizeof head, 1, r->file);
+    put(r, &head, sizeof head);
     volgrad_scene_desc plain = *desc;
     plain.media = NULL, plain.materials = NULL, plain.lights = NULL;
     chunk(r, "DESC", 0, &plain, sizeof plain);
@@ -85,7 +93,8 @@ const char *record_begin(recorder *r, const char *file, const volgrad_scene_desc
 
 int record_end(recorder *r)
 {
-    chunk(r, "END ", 0, NULL, 0);
+    uint64_t hash = r->hash;
+    chunk(r, "END ", 0, &hash, sizeof hash);
     int ok = !ferror(r->file);
     return fclose(r->file) == 0 && ok;
 }
@@ -183,16 +192,16 @@ volgrad_status record_mutation(recorder *r, volgrad_chain *chain, size_t chain_b
     if (done.status == VOLGRAD_OK) {
         done.status = volgrad_chain_run(chain, scene, &queries, 1, film, NULL);
     }
-    done.film_hash = record_hash(film, film_bytes);
+    done.film_hash = record_hash(RECORD_NO_BYTES, film, film_bytes);
     chunk(r, "CHN1", 0, chain, chain_bytes);
     chunk(r, "DONE", 0, &done, sizeof done);
     return done.status;
 }
 
-uint64_t record_hash(const void *bytes, size_t count)
+uint64_t record_hash(uint64_t before, const void *bytes, size_t count)
 {
     const unsigned char *at = bytes;
-    uint64_t hash = 14695981039346656037u;
+    uint64_t hash = before;
     for (size_t i = 0; i < count; ++i) {
         hash = (hash ^ at[i]) * 1099511628211u;
     }

@@ -3,7 +3,8 @@
  *
  * The file: a head of 32 bytes, then chunks. Head: "VGRECORD", u32 version, u32 VOLGRAD_ABI_VERSION, u32 bytes of a pointer, u32 0x01020304 as
  * this machine stores it, 8 bytes 0. Chunk: a tag of 4 letters, u32 number, u64 bytes, then these, filled up to 16. Structs are as in volgrad.h,
- * pointers 0. The last chunk is END; a file without it was cut off. */
+ * pointers 0. The last chunk is END, with record_hash of all bytes before it: chains and films are taken as they are, so a file that was cut off or
+ * changed is none. */
 #ifndef RECORD_H
 #define RECORD_H
 
@@ -40,6 +41,7 @@ typedef struct {
 
 typedef struct {
     FILE *file;
+    uint64_t hash; /* of what was written */
     volgrad_queries host;
     uint32_t asked;
 } recorder;
@@ -62,7 +64,8 @@ volgrad_status record_mutation(recorder *r, volgrad_chain *chain, size_t chain_b
 /* Ends the file. Returns 0 if it could not be written. */
 int record_end(recorder *r);
 
-/* FNV-1a, 64 bits. */
-uint64_t record_hash(const void *bytes, size_t count);
+/* FNV-1a, 64 bits, over bytes after those whose hash is `before`: RECORD_NO_BYTES for none. */
+uint64_t record_hash(uint64_t before, const void *bytes, size_t count);
+#define RECORD_NO_BYTES UINT64_C(14695981039346656037)
 
 #endif

@@ -99,7 +99,7 @@ static int replay_mutation(replay *p, const char *file, const record_result *was
         is.status = volgrad_chain_run(chain, p->scene, &queries, 1, film, NULL);
     }
     print_splats(film, camera);
-    is.film_hash = record_hash(film, film_bytes);
+    is.film_hash = record_hash(RECORD_NO_BYTES, film, film_bytes);
     int exit_status = compare(p, was, &is, memcmp(after, chain, bytes) == 0);
     free(m);
     free(chain);

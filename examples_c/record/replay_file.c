@@ -78,7 +78,8 @@ static int check_chunks(replay *p)
             break;
         }
         if (memcmp(chunk->tag, "END ", 4) == 0) {
-            return 1;
+            uint64_t hash = record_hash(RECORD_NO_BYTES, p->bytes, at);
+            return (chunk->bytes == sizeof hash && memcmp(chunk + 1, &hash, sizeof hash) == 0) || fail(p, "was changed after it was recorded");
         }
         at = after(at, chunk);
     }

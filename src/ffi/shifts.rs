@@ -12,7 +12,7 @@ use crate::path::Path;
 use crate::sampler::bidirectional::thesis;
 use crate::sampler::{shift_numbers, tile_numbers};
 use crate::scene::Scene;
-use crate::shift::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Paths, Radius, Tiling, from_path};
+use crate::shift::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Paths, Radius, Scratch, Tiling, from_path};
 use core::ffi::CStr;
 use core::slice;
 
@@ -280,7 +280,8 @@ unsafe fn shift_all(
     }
     let asks = options.as_ref().is_some_and(|options| options.mode.has_queries() || options.has_views());
     let queries = if asks { unsafe { HostQueries::read(queries) }? } else { HostQueries::UNUSED };
-    let mut shifts = options.map(|options| Paths::new(scene, &queries, options, tile_numbers(seed, 0)));
+    let mut scratch = Scratch::default();
+    let mut shifts = options.map(|options| Paths::new(scene, &queries, options, tile_numbers(seed, 0), &mut scratch));
     let mut result = Splats { all: splats, count: 0 };
     let indices = (0..).map(|i| first_index.wrapping_add(i));
     for (index, (path, weight)) in indices.zip(paths.iter().zip(weights)) {

@@ -185,11 +185,14 @@ impl<'a> Path<'a> {
             if !position_ok || (node.has_cosine() && !is_unit(vertex.normal)) {
                 return Err(PathErrorKind::NotFinite.at(i));
             }
-            if !is_in_place(&node, vertex.position.wide()) {
+        }
+        (0..self.vertices.len() - 1).try_for_each(|i| self.validate_edge(scene, i))?;
+        for i in [0, self.vertices.len() - 1] {
+            if !is_in_place(&self.node(scene, i)?, self.position(scene, i)?) {
                 return Err(PathErrorKind::Misplaced.at(i));
             }
         }
-        (0..self.vertices.len() - 1).try_for_each(|i| self.validate_edge(scene, i))
+        Ok(())
     }
 
     fn validate_edge(&self, scene: &Scene, i: usize) -> Result<(), PathError> {

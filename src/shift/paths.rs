@@ -22,15 +22,15 @@ pub struct Paths<'a, Q, R> {
     options: Options,
     tiles: [u32; 2],
     tile: Option<Tile>,
-    scratch: Scratch,
+    scratch: &'a mut Scratch,
     /// Not shifted yet, since the next path may join it.
     waiting: Option<(Shiftable, R)>,
 }
 
 impl<'a, Q: Queries, R: FnMut() -> f64> Paths<'a, Q, R> {
     /// `tiles`: where tiles begin.
-    pub fn new(scene: &'a Scene<'a>, queries: &'a Q, options: Options, tiles: [u32; 2]) -> Self {
-        Self { scene, queries, options, tiles, tile: None, scratch: Scratch::default(), waiting: None }
+    pub fn new(scene: &'a Scene<'a>, queries: &'a Q, options: Options, tiles: [u32; 2], scratch: &'a mut Scratch) -> Self {
+        Self { scene, queries, options, tiles, tile: None, scratch, waiting: None }
     }
 
     /// A path to shift, with random numbers of its own; splats the ones before that have nothing in common with it.

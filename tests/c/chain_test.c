@@ -462,6 +462,44 @@ static void test_flush(void) {
     CHECK(memcmp(block[0], block[1], BYTES) == 0);
 }
 
+/* What is peeked at is what happens, and peeking changes nothing. */
+static void test_peek(void) {
+    prepare();
+    volgrad_chain *chain = first_chain(0);
+    volgrad_film *film = clear(0);
+    volgrad_chain_mutation next = {.struct_size = sizeof next};
+    volgrad_vertex current[LONGEST + 1], proposed[LONGEST + 1], before[LONGEST + 1];
+    double target = 0;
+    uint32_t accepted = 0;
+    for (uint64_t i = 0; i < 200; i++) {
+        volgrad_chain_stats stats = no_stats();
+        memcpy(memory[1], memory[0], CHAIN_BYTES);
+        CHECK_STATUS(volgrad_chain_peek(chain, scene, &host.queries, &next, current, proposed, LONGEST + 1), VOLGRAD_OK);
+        CHECK(memcmp(memory[0], memory[1], CHAIN_BYTES) == 0);
+        CHECK(next.number == i && next.current.vertex_count == starts[0].length + 1 && next.current.target > 0);
+        CHECK(next.current.camera_vertices + next.current.light_vertices == next.current.vertex_count);
+        CHECK(current[0].kind == VOLGRAD_VERTEX_CAMERA && current[starts[0].length].kind == VOLGRAD_VERTEX_LIGHT);
+        CHECK((next.proposed.target > 0) == (next.proposed.vertex_count > 0) && (next.accepted == 0 || next.acceptance > 0));
+        if (i > 0) {
+            CHECK_NEAR(next.current.target, target, 1e-9);
+            CHECK(memcmp(before, current, next.current.vertex_count * sizeof *current) == 0);
+        }
+        target = next.accepted ? next.proposed.target : next.current.target;
+        memcpy(before, next.accepted ? proposed : current, sizeof before);
+        accepted += next.accepted;
+        CHECK_STATUS(run(chain, 1, film, &stats), VOLGRAD_OK);
+        CHECK(stats.large_steps == next.large && stats.large_accepted + stats.small_accepted == next.accepted);
+    }
+    CHECK(accepted > 20 && accepted < 190);
+    next.struct_size = 3;
+    CHECK_STATUS(volgrad_chain_peek(chain, scene, &host.queries, &next, current, proposed, LONGEST + 1), VOLGRAD_ERROR_STRUCT_SIZE);
+    next.struct_size = sizeof next;
+    CHECK_STATUS(volgrad_chain_peek(chain, scene, &host.queries, &next, current, proposed, starts[0].length), VOLGRAD_ERROR_TOO_SMALL);
+    CHECK_STATUS(volgrad_chain_peek(chain, scene, &host.queries, &next, NULL, proposed, LONGEST + 1), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_chain_peek(chain, scene, &host.queries, NULL, current, proposed, LONGEST + 1), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_chain_peek(NULL, scene, &host.queries, &next, current, proposed, LONGEST + 1), VOLGRAD_ERROR_NULL);
+}
+
 /* Stopped anywhere, chain and film agree: the rest of the mutations makes the same film as an uninterrupted run. */
 static void test_callbacks(uint32_t mode) {
     prepare();
@@ -561,6 +599,7 @@ int main(void) {
     test_checkpoint(VOLGRAD_SHIFT_EXCHANGEABLE);
     test_checkpoint(VOLGRAD_SHIFT_THESIS);
     test_flush();
+    test_peek();
     test_callbacks(VOLGRAD_SHIFT_NONE);
     test_callbacks(VOLGRAD_SHIFT_EXCHANGEABLE);
     test_callbacks(VOLGRAD_SHIFT_THESIS_PRINTED);

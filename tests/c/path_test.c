@@ -81,6 +81,11 @@ static void test_path_errors(void) {
     INVALID_PATH(vertices[2].position.z = INFINITY, VOLGRAD_ERROR_NOT_FINITE, 2);
     INVALID_PATH((vertices[2].index = SKY, segments[1].end = INFINITY), VOLGRAD_ERROR_NOT_FINITE, 2); /* not a unit vector */
     INVALID_PATH((vertices[1].kind = VOLGRAD_VERTEX_SURFACE), VOLGRAD_ERROR_NOT_FINITE, 1);           /* nor this normal */
+    INVALID_PATH(vertices[2].position.x = 0.5f, VOLGRAD_ERROR_RANGE, 2); /* not where the light is */
+    volgrad_segment many[VOLGRAD_MAX_SEGMENTS + 2];
+    for (int i = 0; i < VOLGRAD_MAX_SEGMENTS + 2; i++) many[i] = (volgrad_segment){4, 0, {0, 0, 1}};
+    INVALID_PATH((path.segments = many, path.segment_count = 17, ends[0] = 16, ends[1] = 17), VOLGRAD_OK, -1);
+    INVALID_PATH((path.segments = many, path.segment_count = 18, ends[0] = 17, ends[1] = 18), VOLGRAD_ERROR_SEGMENTS, 0);
     INVALID_PATH(segments[1].medium = 1, VOLGRAD_ERROR_INDEX, 1);
     INVALID_PATH(segments[0].medium = VOLGRAD_NONE, VOLGRAD_ERROR_SEGMENTS, 0);
     INVALID_PATH(segments[1].medium = VOLGRAD_NONE, VOLGRAD_ERROR_SEGMENTS, 1);
@@ -261,6 +266,31 @@ static void test_sums(small_scene *s) {
     free(memory);
 }
 
+/* As snprintf: what fits, ended by a 0, and how long all of it is. */
+static void test_report(void) {
+    char all[8192], some[100];
+    size_t length = 0, again = 0;
+    CHECK_STATUS(volgrad_path_report(scene, &path, NULL, 0, &length), VOLGRAD_OK);
+    CHECK(length > sizeof some && length < sizeof all);
+    FILL(all);
+    CHECK_STATUS(volgrad_path_report(scene, &path, all, sizeof all, &again), VOLGRAD_OK);
+    CHECK(again == length && strlen(all) == length && (unsigned char)all[length + 1] == 0xA5);
+    CHECK(strstr(all, "vertex 1: medium 0 at 0 0 3\n") != NULL && strstr(all, "not valid") == NULL);
+    for (size_t capacity = 1; capacity <= sizeof some; capacity++) {
+        FILL(some);
+        CHECK_STATUS(volgrad_path_report(scene, &path, some, capacity, &again), VOLGRAD_OK);
+        CHECK(again == length && strlen(some) == capacity - 1 && memcmp(some, all, capacity - 1) == 0);
+        CHECK(capacity == sizeof some || (unsigned char)some[capacity] == 0xA5);
+    }
+    vertices[1].index = 7;
+    CHECK_STATUS(volgrad_path_report(scene, &path, all, sizeof all, &length), VOLGRAD_OK);
+    CHECK(strstr(all, "not valid: an index past its array (vertex or edge 1)") != NULL);
+    fill_path();
+    CHECK_STATUS(volgrad_path_report(scene, &path, NULL, 9, &length), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_path_report(scene, &path, all, sizeof all, NULL), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_path_report(NULL, &path, all, sizeof all, &length), VOLGRAD_ERROR_NULL);
+}
+
 int main(void) {
     small_scene s;
     void *memory;
@@ -269,6 +299,7 @@ int main(void) {
     test_path_values();
     fill_path();
     test_path_errors();
+    test_report();
     test_runs();
     test_runs_beside_mirrors();
     free(memory);

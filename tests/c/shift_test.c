@@ -288,6 +288,64 @@ static void test_direct_light(small_scene *s) {
     fill();
 }
 
+/* Two contributions of one sample: one batch, the sum of what each would be. In another order with another path between, the same, apart. */
+static void test_paths(void) {
+    volgrad_vertex others[4] = {vertices[0], vertices[1], vertices[1], vertices[2]};
+    others[2].position = vec(0.5f, 0.2f, 4);
+    const volgrad_path longer = {others, segments, ends, 4, 3};
+    const volgrad_path both[3] = {path, longer, path};
+    const volgrad_rgb weights[3] = {{1, 2, 3}, {4, 2, 1}, {0, 0, 0}};
+    static volgrad_splat together[3 * CAPACITY], alone[2][CAPACITY];
+    uint32_t counts[2], of_both;
+    options.kernel = VOLGRAD_KERNEL_TILE, options.run = 1;
+    for (int i = 0; i < 2; i++) {
+        CHECK_STATUS(volgrad_shift_path(scene, queries, &options, &both[i], weights[i], 1, 2, alone[i], CAPACITY, &counts[i]), VOLGRAD_OK);
+    }
+    CHECK_STATUS(volgrad_shift_paths(scene, queries, &options, both, weights, 2, 1, 2, together, 18, &of_both), VOLGRAD_OK);
+    CHECK(counts[0] == 9 && counts[1] == 9 && of_both == 9);
+    for (uint32_t i = 0; i < 9; i++) {
+        CHECK_NEAR(together[i].x, alone[0][i].x, 1e-3);
+        CHECK_NEAR(together[i].value.g, alone[0][i].value.g + alone[1][i].value.g, 1e-5);
+    }
+    FILL(of_both);
+    CHECK_STATUS(volgrad_shift_paths(scene, queries, &options, both, weights, 2, 1, 2, together, 17, &of_both), VOLGRAD_ERROR_TOO_SMALL);
+    CHECK_STATUS(volgrad_shift_paths(scene, queries, &options, NULL, weights, 2, 1, 2, together, 18, &of_both), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_shift_paths(scene, queries, &options, both, NULL, 2, 1, 2, together, 18, &of_both), VOLGRAD_ERROR_NULL);
+    CHECK_STATUS(volgrad_shift_paths(scene, queries, &options, both, weights, 2, 1, 2, NULL, 18, &of_both), VOLGRAD_ERROR_NULL);
+    CHECK(UNTOUCHED(of_both));
+    CHECK_STATUS(volgrad_shift_paths(scene, queries, &options, NULL, NULL, 0, 1, 2, NULL, 0, &of_both), VOLGRAD_OK);
+    CHECK(of_both == 0);
+    CHECK_STATUS(volgrad_shift_paths(scene, queries, &options, both, weights, 3, 1, 2, together, 27, &of_both), VOLGRAD_OK);
+    CHECK(of_both == 10); /* one that carries nothing stays at its pixel */
+    fill();
+}
+
+/* Tiles cover the image, and a path's splats are in its tile. */
+static void test_tiles(void) {
+    uint32_t tile[4], area = 0;
+    options.kernel = VOLGRAD_KERNEL_TILE;
+    for (uint32_t y = 0; y < SIDE; y = tile[3]) {
+        for (uint32_t x = 0; x < SIDE; x = tile[2]) {
+            CHECK_STATUS(volgrad_shift_tile(scene, &options, 1, x, y, tile), VOLGRAD_OK);
+            CHECK(tile[0] == x && tile[1] == y && tile[2] <= x + 3 && tile[3] <= y + 3);
+            area += (tile[2] - x) * (tile[3] - y);
+        }
+    }
+    CHECK(area == SIDE * SIDE);
+    CHECK_STATUS(shift(weight, CAPACITY), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_shift_tile(scene, &options, 1, (uint32_t)splats[0].x, (uint32_t)splats[0].y, tile), VOLGRAD_OK);
+    for (uint32_t i = 0; i < count; i++) {
+        CHECK(splats[i].x >= (float)tile[0] && splats[i].x < (float)tile[2] && splats[i].y >= (float)tile[1] && splats[i].y < (float)tile[3]);
+    }
+    FILL(tile);
+    CHECK_STATUS(volgrad_shift_tile(scene, &options, 1, SIDE, 0, tile), VOLGRAD_ERROR_RANGE);
+    CHECK_STATUS(volgrad_shift_tile(scene, &options, 1, 0, SIDE, tile), VOLGRAD_ERROR_RANGE);
+    CHECK_STATUS(volgrad_shift_tile(scene, &options, 1, 0, 0, NULL), VOLGRAD_ERROR_NULL);
+    fill();
+    CHECK_STATUS(volgrad_shift_tile(scene, &options, 1, 0, 0, tile), VOLGRAD_ERROR_KIND);
+    CHECK(UNTOUCHED(tile));
+}
+
 int main(void) {
     small_scene s;
     open_queries fog;
@@ -303,6 +361,8 @@ int main(void) {
     test_pointers_and_paths();
     test_callbacks();
     test_direct_light(&s);
+    test_paths();
+    test_tiles();
     free(memory);
     return check_end();
 }
