@@ -149,6 +149,7 @@ pub(super) unsafe fn path<'a>(pointer: *const volgrad_path) -> Result<Path<'a>, 
 /// Checks all that the functions on paths rely on but do not check: finite positions, unit normals and directions, segments in order and
 /// as long as their edges, vertices inside their media. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
 /// Paths that fail this are safe to hand over, but what comes back has no meaning.
+/// Costs a pass over vertices and segments. `VOLGRAD_ERROR_NOT_FINITE`: a position is not finite, or a normal or direction no unit vector.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_validate(
     scene: *const volgrad_scene,
@@ -167,6 +168,7 @@ pub unsafe extern "C" fn volgrad_path_validate(
 /// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
 /// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a
 /// double: INFINITY. Checks kinds and indices, nothing else.
+/// Costs the optical depth of every edge.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_contribution(
     scene: *const volgrad_scene,
@@ -183,6 +185,7 @@ pub unsafe extern "C" fn volgrad_path_contribution(
 
 /// The factors of f, one per vertex; their product is f. `capacity` of `result`: at least the path's vertex_count.
 /// Checks kinds and indices, nothing else.
+/// Costs twice what `volgrad_path_contribution` costs: all of it is checked before any of it is written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_factors(
     scene: *const volgrad_scene,
@@ -211,7 +214,8 @@ pub unsafe extern "C" fn volgrad_path_factors(
 }
 
 /// The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
-/// light's direction stays too): the run of one of `volgrad_path_run_log_gradient`, which names costs and errors.
+/// light's direction stays too): `volgrad_path_run_log_gradient` for one vertex.
+/// Costs and errors are those of a run of one: `VOLGRAD_ERROR_INDEX`, `VOLGRAD_ERROR_NOT_MOVABLE`, `VOLGRAD_ERROR_ZERO_CONTRIBUTION`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_log_gradient(
     scene: *const volgrad_scene,
