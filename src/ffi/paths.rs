@@ -57,7 +57,7 @@ impl From<Gradient> for volgrad_gradient {
         let f = &gradient.factors;
         Self {
             luminance: gradient.luminance.into(),
-            rgb: core::array::from_fn(|c| f.channel(c).into()),
+            rgb: gradient.rgb.map(Vec3::from),
             scattering: f.scattering.into(),
             transmittance_previous: f.transmittance_previous.map(Vec3::from),
             transmittance_inside: f.transmittance_inside.map(Vec3::from),
