@@ -11,6 +11,8 @@
 #   make chains     measures Metropolis chains with and without shifts for a few minutes, writes the table in README.md
 #   make figures    the thesis' figures again and beyond, for forty minutes on two cores: build/figures/figures.html and README.md's part;
 #                   TIME=minutes, RES=pixels (128 divided or multiplied by a whole number); goes on where it was stopped
+#   make memcheck   the C tests under valgrind; make test-threads: four threads under a thread sanitizer, with a nightly Rust;
+#                   make fuzz-api FUZZ_SECONDS=60: fuzzers of the C interface, with that and clang
 #   make header     writes include/volgrad.h anew; make abi, also, accepts its binary interface as the one to keep: tests/abi
 #
 # CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
@@ -116,13 +118,18 @@ ABI_SCRIPTS := $(wildcard tests/c/*.sh)
 $(HOST_TESTS): $(BUILD)/tests/%: tests/host/%.c $(HOST) $(HOST_HEADERS) $(RECORD) $(RECORD_HEADERS) $(LIBRARY) | $(BUILD)/tests
 	$(CC) $(C_FLAGS) $(SANITIZE) -Iexamples_c/render $< $(filter-out %/main.c,$(HOST)) $(RECORD) $(LIBRARY) $(C_LIBS) -o $@
 
-$(ABI_TESTS): $(BUILD)/tests/%: tests/c/%.c $(wildcard tests/c/*.h) include/volgrad.h $(LIBRARY) | $(BUILD)/tests
-	$(CC) $(C_FLAGS) $(SANITIZE) $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
+# Every call in them is checked for statuses that its documentation does not name.
+$(BUILD)/documented.h: docs/reference.py include/volgrad.h | $(BUILD)
+	$(PYTHON) $< --statuses >$@
+
+$(ABI_TESTS): $(BUILD)/tests/%: tests/c/%.c $(wildcard tests/c/*.h) include/volgrad.h $(BUILD)/documented.h $(LIBRARY) | $(BUILD)/tests
+	$(CC) $(C_FLAGS) $(SANITIZE) -include $(BUILD)/documented.h $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
 
 test-c: $(HOST_TESTS) $(ABI_TESTS)
 	$(BUILD)/tests/reader_test $(SCENES)
 	$(BUILD)/tests/queries_test
 	@set -e; for t in $(ABI_TESTS); do echo $$t; $$t; done
+	$(MAKE) replay-api
 	@set -e; for t in $(ABI_SCRIPTS); do echo $$t; CC='$(CC)' LIBRARY=$(LIBRARY) sh $$t; done
 
 # What users get: the binary interface, the archives, an installation, programs built with it.
@@ -225,7 +232,7 @@ test-c: test-nvdb
 #   make test-fuzz                       replays the corpus with any compiler
 
 SECONDS ?= 60
-FUZZ ?= $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
+FUZZ ?= $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c $(wildcard tests/fuzz/api_*.c),$(wildcard tests/fuzz/*.c)))
 FUZZ_FLAGS := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -D_POSIX_C_SOURCE=200809L -Iexamples_c/render
 FUZZ_LIMITS := -timeout=60 -rss_limit_mb=4096 -max_len=65536 -close_fd_mask=2 -print_final_stats=1
 # The library with what libFuzzer looks at to see where an input leads, and with checks of overflow.
@@ -268,6 +275,35 @@ test-fuzz: $(addprefix $(BUILD)/replay/,$(FUZZ))
 	@set -e; for f in $(FUZZ); do $(BUILD)/replay/$$f tests/fuzz/corpus/$$f 2>$(BUILD)/replay/log || { tail -n 60 $(BUILD)/replay/log; exit 1; }; done
 
 test-c: test-fuzz
+
+# ---- fuzzing the C interface ----
+
+# Rust under the address sanitizer, with coverage, debug assertions and overflow checks; a call that returns what its documentation does
+# not name aborts. What is found, and what the corpus lacks, goes to build/fuzz.
+API_FUZZERS := $(patsubst tests/fuzz/%.c,%,$(wildcard tests/fuzz/api_*.c))
+FUZZ_TARGET := $(TARGET)/fuzz
+FUZZ_LIBRARY := $(FUZZ_TARGET)/$(TSAN_TRIPLE)/release/libvolgrad.a
+FUZZ_SECONDS ?= 60
+
+.PHONY: fuzz-api replay-api
+fuzz-api: $(BUILD)/documented.h
+	CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS=true CARGO_TARGET_DIR=$(FUZZ_TARGET) \
+	RUSTFLAGS='-Zsanitizer=address -Cdebug-assertions -Cdebuginfo=line-tables-only -Cpasses=sancov-module \
+		-Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
+		-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares' \
+		cargo +nightly rustc --release --lib --features $(FEATURES) --crate-type staticlib --target $(TSAN_TRIPLE)
+	@set -e; for f in $(API_FUZZERS); do mkdir -p $(BUILD)/fuzz/$$f; \
+		clang -std=c11 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -include $(BUILD)/documented.h tests/fuzz/$$f.c \
+			$(FUZZ_LIBRARY) -lpthread -ldl -lm -o $(BUILD)/fuzz/$$f/$$f; \
+		$(BUILD)/fuzz/$$f/$$f -max_total_time=$(FUZZ_SECONDS) -timeout=20 -max_len=1200 -len_control=0 -print_final_stats=1 \
+			-artifact_prefix=$(BUILD)/fuzz/$$f/ $(BUILD)/fuzz/$$f tests/fuzz/corpus/$$f; done
+
+# What was found interesting, again; with any compiler.
+replay-api: $(API_FUZZERS:%=$(BUILD)/tests/%)
+	@set -e; for f in $(API_FUZZERS); do $(BUILD)/tests/$$f tests/fuzz/corpus/$$f/*; done
+
+$(API_FUZZERS:%=$(BUILD)/tests/%): $(BUILD)/tests/%: tests/fuzz/%.c tests/fuzz/api.h $(BUILD)/documented.h $(LIBRARY) | $(BUILD)/tests
+	$(CC) -std=c11 $(SANITIZE) -DREPLAY -Iinclude -include $(BUILD)/documented.h $< $(LIBRARY) -lpthread -ldl -lm -o $@
 
 # ---- the long checks, the demo ----
 

@@ -1095,6 +1095,7 @@ volgrad_status volgrad_bidirectional_options_default(struct volgrad_bidirectiona
 //
 // A path is weighted by the true densities of all techniques that could have made it, free flight and phase functions included.
 // Subpaths start from lights at infinity only if the scene's bounds are known.
+// Costs per pixel two subpaths, and for every pair of their vertices a ray and the optical depth of an edge.
 volgrad_status volgrad_bidirectional_run(const struct volgrad_scene *scene,
                                          const struct volgrad_queries *queries,
                                          const struct volgrad_bidirectional_options *options,
@@ -1112,6 +1113,7 @@ volgrad_status volgrad_bidirectional_run(const struct volgrad_scene *scene,
 // `weighted` 1: what the technique adds to the image; all techniques sum to it. 0: without its weight, so that techniques of as many
 // edges show the same paths, where they can make them at all, with the noise of their own. That may be without bounds: a connection in a
 // medium has infinite variance.
+// Costs at most what `volgrad_bidirectional_run` costs.
 volgrad_status volgrad_bidirectional_run_technique(const struct volgrad_scene *scene,
                                                    const struct volgrad_queries *queries,
                                                    const struct volgrad_bidirectional_options *options,
@@ -1129,6 +1131,7 @@ volgrad_status volgrad_bidirectional_run_technique(const struct volgrad_scene *s
 // with number 0 and has no gaps; threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples
 // of that kind `volgrad_chain_learn` makes a better choice, for a new array. `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or
 // `VOLGRAD_ERROR_INVALID_HIT` as many weights are written as stats->samples has grown by.
+// Costs two subpaths and one connection per sample.
 volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
                                        const struct volgrad_queries *queries,
                                        const struct volgrad_chain_options *options,
@@ -1141,6 +1144,7 @@ volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
 // How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
 // 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else: those that are made with the
 // table have other random numbers.
+// Costs a pass over the samples, without rays. `VOLGRAD_ERROR_NOT_FINITE`: a weight is negative or not finite.
 volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
                                    const float *weights,
                                    uintptr_t count,
@@ -1152,6 +1156,8 @@ volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
 //
 // The expected image is right whatever the number of samples; brightness is known to result->relative_error, so it differs that much between
 // seeds. More samples make it less.
+// Costs some passes over the samples, without rays. `VOLGRAD_ERROR_NOT_FINITE`: a weight is negative or not finite;
+// `VOLGRAD_ERROR_RANGE`: `wanted` is 0 or above 2^24; `VOLGRAD_ERROR_TOO_SMALL`: `capacity` is.
 volgrad_status volgrad_chain_plan(const struct volgrad_chain_options *options,
                                   const struct volgrad_chain_techniques *techniques,
                                   const float *weights,
@@ -1171,6 +1177,7 @@ volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, u
 // `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. If `start` is not from samples with
 // this scene, these techniques and this seed: `VOLGRAD_ERROR_RANGE` if that sample is of another length, else `VOLGRAD_ERROR_OTHER_PATH` if
 // its value differs.
+// Costs options.burn_in mutations.
 volgrad_status volgrad_chain_init(void *memory,
                                   uintptr_t bytes,
                                   const struct volgrad_scene *scene,
@@ -1190,6 +1197,7 @@ volgrad_status volgrad_chain_init(void *memory,
 // `VOLGRAD_ERROR_INVALID_HIT` the chain is where it was after the last whole mutation, and stats->large_steps + small_steps says how many there
 // were: the next call goes on from there. On `VOLGRAD_ERROR_OTHER_PATH`, for another scene than that of `volgrad_chain_init`, chain and film are
 // as they were.
+// Costs at most two subpaths and one connection per mutation, and every shift_every mutations a batch.
 volgrad_status volgrad_chain_run(struct volgrad_chain *chain,
                                  const struct volgrad_scene *scene,
                                  const struct volgrad_queries *queries,
@@ -1199,6 +1207,7 @@ volgrad_status volgrad_chain_run(struct volgrad_chain *chain,
 
 // Adds to `film` what is due at the path where the chain is now, and leaves the chain as it is: a last call for each chain before the final
 // image, or into a copy of the film for one on the way. `stats` may be NULL. `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
+// Costs the chain's path again, and its batch.
 volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
                                    const struct volgrad_scene *scene,
                                    const struct volgrad_queries *queries,
@@ -1219,6 +1228,7 @@ volgrad_status volgrad_chain_peek(const struct volgrad_chain *chain,
 // How many values of the scene's custom densities were NaN, infinite or negative, and how many of their gradients were not finite, since
 // `volgrad_scene_init`: all of them count as 0. A scene's guided scenes count with it. While other threads use the scene this is what they
 // have counted by now.
+// Costs a look at each custom density's counter.
 volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene, uint64_t *dropped);
 
 // The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled directions
@@ -1227,23 +1237,29 @@ volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene,
                                             uint64_t *dropped);
 
 // Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
+// `VOLGRAD_ERROR_RANGE`: a side is 0 or above 65535.
 volgrad_status volgrad_film_size(uint32_t width, uint32_t height, uintptr_t *bytes);
 
 // Makes an empty film in `memory`: `bytes` as from `volgrad_film_size`, aligned to 16. There is nothing else to free.
+// Costs writing all of it. `VOLGRAD_ERROR_RANGE` as for `volgrad_film_size`.
 volgrad_status volgrad_film_init(void *memory, uintptr_t bytes, uint32_t width, uint32_t height, struct volgrad_film **film);
 
 // Adds `count` splats to the pixels that contain them. Those that are not finite, beyond 1e9 or off the film are dropped and counted.
 // Sums are exact, in steps of 2^-64: their order does not matter.
+// Costs a constant time per splat.
 volgrad_status volgrad_film_add(struct volgrad_film *film, const struct volgrad_splat *splats, uintptr_t count);
 
 // Adds all of `from` to `into`, exactly. Both have the same size and are two films.
+// Costs a pass over both. `VOLGRAD_ERROR_RANGE`: they are one film.
 volgrad_status volgrad_film_merge(struct volgrad_film *into, const struct volgrad_film *from);
 
 // Writes the sums times `scale` as linear RGB, 3 floats per pixel, row by row from the top; `count` >= 3 * width * height floats.
 // For a path sampler `scale` is 1/passes.
+// Costs a pass over the film. `VOLGRAD_ERROR_NOT_FINITE`: `scale` is not; `VOLGRAD_ERROR_TOO_SMALL`: `count` is.
 volgrad_status volgrad_film_develop(const struct volgrad_film *film, double scale, float *rgb, uintptr_t count);
 
 // Number of splats that were dropped (see `volgrad_film_add`).
+// Costs a constant time.
 volgrad_status volgrad_film_dropped(const struct volgrad_film *film, uint64_t *dropped);
 
 // The size of the film that `volgrad_guide_learn` fills. VOLGRAD_ERROR_RANGE if the scene has too many lights (more than 1023) or none.
@@ -1252,6 +1268,7 @@ volgrad_status volgrad_guide_film_size(const struct volgrad_scene *scene, uint32
 // As `volgrad_bidirectional_run`, but for the image: adds what the subpaths from each light carry to `film`, of
 // `volgrad_guide_film_size`, by where they go. Some ten samples for each of its pixels are enough. Films of several threads add up, as
 // all films do. `stats` counts as there.
+// Costs per pixel at most what `volgrad_bidirectional_run` costs.
 volgrad_status volgrad_guide_learn(const struct volgrad_scene *scene,
                                    const struct volgrad_queries *queries,
                                    const struct volgrad_bidirectional_options *options,
@@ -1262,12 +1279,14 @@ volgrad_status volgrad_guide_learn(const struct volgrad_scene *scene,
                                    struct volgrad_path_sampler_stats *stats);
 
 // Memory that a guided scene needs: 33 KiB for each light.
+// `VOLGRAD_ERROR_RANGE` as for `volgrad_guide_film_size`.
 volgrad_status volgrad_guide_size(const struct volgrad_scene *scene, uintptr_t *bytes);
 
 // Makes a scene in `memory` that is `scene`, but that the subpaths which the bidirectional sampler and chains start from its lights
 // go more often where the film says that they carry more. All else about it is the same, and every image still has the same
 // expectation: a fifth of the subpaths go wherever the lights shine. `bytes` as from `volgrad_guide_size`, aligned to 16. The new
 // scene refers to `scene`, whose memory has to outlive it. The samples, and all chains of their plan, use the same guided scene.
+// Costs a pass over the film. `VOLGRAD_ERROR_RANGE` as for `volgrad_guide_film_size`.
 volgrad_status volgrad_guide_init(void *memory,
                                   uintptr_t bytes,
                                   const struct volgrad_scene *scene,
@@ -1276,6 +1295,8 @@ volgrad_status volgrad_guide_init(void *memory,
 
 // Writes an OpenEXR file (32-bit float R, G, B; lossless): 3 floats per pixel of the window, row by row from the top; `count` is exactly
 // 3 * window_width * window_height. Allocates. An existing file is replaced; on an error what is left of it is unusable.
+// Costs a file. `VOLGRAD_ERROR_RANGE`: an empty window or image, or another `count`; `VOLGRAD_ERROR_FILE`: the file cannot be written
+// so.
 volgrad_status volgrad_exr_write(const char *path,
                                  const struct volgrad_exr_layout *layout,
                                  const float *rgb,
@@ -1284,17 +1305,23 @@ volgrad_status volgrad_exr_write(const char *path,
                                  uint32_t attribute_count);
 
 // The windows of an OpenEXR file, to size the buffer for `volgrad_exr_read`.
+// Costs reading the file's head. `VOLGRAD_ERROR_FILE`: it cannot be read, or is no OpenEXR file with R, G, B.
 volgrad_status volgrad_exr_read_layout(const char *path, struct volgrad_exr_layout *layout);
 
 // Reads the R, G, B of an OpenEXR file's window into `rgb`, which holds at least 3 * window_width * window_height floats. Allocates.
+// Costs a file. `VOLGRAD_ERROR_FILE`: it cannot be read, or is no OpenEXR file with R, G, B; `VOLGRAD_ERROR_TOO_SMALL`: `count` is.
 volgrad_status volgrad_exr_read(const char *path, float *rgb, uintptr_t count);
 
 // tau along a line, and its gradients at both ends [Lu20 (20)]. Exact for trilinear grids; faces where sigma_t jumps count.
+// Costs time in proportion to the cells of grids, or the panels of custom densities, on the way; empty bricks of 8^3 cells are skipped.
+// Homogeneous media are a closed form.
 volgrad_status volgrad_line_optical_depth(const struct volgrad_scene *scene,
                                           const struct volgrad_line *line,
                                           struct volgrad_optical_depth *result);
 
 // A distance from one uniform number 0 < u < 1. The same u gives the same distance; its density is exactly `pdf`.
+// Costs what `volgrad_line_tau` costs up to the collision, and some steps of Newton's method in one cell.
+// `VOLGRAD_ERROR_RANGE`: `u` is not between 0 and 1.
 volgrad_status volgrad_line_sample_distance(const struct volgrad_scene *scene,
                                             const struct volgrad_line *line,
                                             double u,
@@ -1302,19 +1329,23 @@ volgrad_status volgrad_line_sample_distance(const struct volgrad_scene *scene,
 
 // The number u from which `volgrad_line_sample_distance` makes a collision at the far end of this (shorter) line: 0 in vacuum, and
 // rounded to 1 where practically nothing arrives, neither of which can be sampled.
+// Costs what `volgrad_line_tau` costs.
 volgrad_status volgrad_line_invert_distance(const struct volgrad_scene *scene, const struct volgrad_line *line, double *u);
 
 // tau of a line alone.
+// Costs what `volgrad_line_optical_depth` costs, less the gradients.
 volgrad_status volgrad_line_tau(const struct volgrad_scene *scene, const struct volgrad_line *line, struct volgrad_rgb *tau);
 
 // Value and log-gradients of a phase function at a vertex, from the vectors (not unit vectors, world units) from the vertex to the
 // previous and to the next point. [Lu20 (24), (25)], the latter with its sign corrected.
+// Costs a constant time. `VOLGRAD_ERROR_ZERO_LENGTH`: one of the vectors is 0.
 volgrad_status volgrad_phase_eval(const struct volgrad_phase *phase,
                                   struct volgrad_vec3 to_previous,
                                   struct volgrad_vec3 to_next,
                                   struct volgrad_phase_value *result);
 
 // A direction to the next vertex from two uniform numbers in [0, 1), given the unit vector to the previous one.
+// Costs a constant time.
 volgrad_status volgrad_phase_sample(const struct volgrad_phase *phase,
                                     struct volgrad_vec3 to_previous,
                                     double u0,
@@ -1322,6 +1353,7 @@ volgrad_status volgrad_phase_sample(const struct volgrad_phase *phase,
                                     struct volgrad_vec3 *to_next);
 
 // The two numbers from which `volgrad_phase_sample` makes `to_next`; both vectors have unit length.
+// Costs a constant time.
 volgrad_status volgrad_phase_invert(const struct volgrad_phase *phase,
                                     struct volgrad_vec3 to_previous,
                                     struct volgrad_vec3 to_next,
@@ -1332,6 +1364,7 @@ volgrad_status volgrad_phase_invert(const struct volgrad_phase *phase,
 // as long as their edges, vertices inside their media, x_0 on the lens, and the last vertex where its point, spot or directional light is.
 // Where area lights and surfaces are only the host knows. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
 // Paths that fail this are safe to hand over, but what comes back has no meaning.
+// Costs a pass over vertices and segments. `VOLGRAD_ERROR_NOT_FINITE`: a position is not finite, or a normal or direction no unit vector.
 volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const struct volgrad_path *path, struct volgrad_error *error);
 
 // Describes a path in English, to find mistakes by: each vertex, each factor of f and of the log-gradient under its name in
@@ -1347,17 +1380,20 @@ volgrad_status volgrad_path_report(const struct volgrad_scene *scene,
 // The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
 // ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a
 // double: INFINITY. Checks kinds and indices, nothing else.
+// Costs the optical depth of every edge.
 volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene, const struct volgrad_path *path, double *rgb);
 
 // The factors of f, one per vertex; their product is f. `capacity` of `result`: at least the path's vertex_count.
 // Checks kinds and indices, nothing else.
+// Costs twice what `volgrad_path_contribution` costs: all of it is checked before any of it is written.
 volgrad_status volgrad_path_factors(const struct volgrad_scene *scene,
                                     const struct volgrad_path *path,
                                     struct volgrad_path_factor *result,
                                     uintptr_t capacity);
 
 // The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
-// light's direction stays too): the run of one of `volgrad_path_run_log_gradient`, which names costs and errors.
+// light's direction stays too): `volgrad_path_run_log_gradient` for one vertex.
+// Costs and errors are those of a run of one: `VOLGRAD_ERROR_INDEX`, `VOLGRAD_ERROR_NOT_MOVABLE`, `VOLGRAD_ERROR_ZERO_CONTRIBUTION`.
 volgrad_status volgrad_path_log_gradient(const struct volgrad_scene *scene,
                                          const struct volgrad_path *path,
                                          uint32_t vertex,
@@ -1401,6 +1437,8 @@ volgrad_status volgrad_path_sampler_options_default(struct volgrad_path_sampler_
 // pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.
 // `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or `VOLGRAD_ERROR_INVALID_HIT` the film holds
 // the paths that were done before, as many as `stats.paths` has grown by: the next call can go on from there.
+// Costs per path a ray and a flight through the media for every vertex, and a ray to a light with its optical depth; per offset of a
+// batch at most 2 * shift.run + 1 edges, however long the path.
 volgrad_status volgrad_path_sampler_run(const struct volgrad_scene *scene,
                                         const struct volgrad_queries *queries,
                                         const struct volgrad_path_sampler_options *options,
@@ -1417,6 +1455,7 @@ volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr
 // the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids,
 // environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
 // On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
+// Costs one pass over all grids and maps.
 volgrad_status volgrad_scene_init(void *memory,
                                   uintptr_t bytes,
                                   const struct volgrad_scene_desc *desc,
@@ -1436,6 +1475,8 @@ volgrad_status volgrad_shift_options_default(struct volgrad_shift_options *optio
 // `seed` and `index` choose the offsets: another index for every path. `seed` alone says where tiles begin: another one for every pass.
 // `queries` may be NULL for modes without ray queries.
 // Checks kinds and indices of the path, nothing else (see `volgrad_path_validate`).
+// Costs per offset, in modes that evaluate f, the optical depths of at most options.run + 1 edges and the rays that say whether they are
+// open; in the other modes one gradient for all offsets. `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: the camera does not see the first vertex.
 volgrad_status volgrad_shift_path(const struct volgrad_scene *scene,
                                   const struct volgrad_queries *queries,
                                   const struct volgrad_shift_options *options,
@@ -1492,6 +1533,7 @@ volgrad_status volgrad_transmittance_options_default(struct volgrad_transmittanc
 // here. All channels share the same collisions. Homogeneous media always count in closed form.
 // `volgrad_line_optical_depth` is exact, and what the path sampler uses; this is for hosts that integrate in these ways.
 // `VOLGRAD_ERROR_RANGE` if the majorant (the greatest density on the way) makes more than a million evaluations likely.
+// Costs the evaluations of the density that result->evaluations counts: for ratio tracking about the majorant's optical depth.
 volgrad_status volgrad_line_transmittance_estimate(const struct volgrad_scene *scene,
                                                    const struct volgrad_line *line,
                                                    const struct volgrad_transmittance_options *options,

@@ -53,7 +53,7 @@ pub const ONE_SEGMENT: Segment = Segment { end: f32::INFINITY, medium: 0, normal
 
 pub struct Volume {
     size: [i32; 3],
-    samples: Vec<f32>,
+    pub samples: Vec<f32>,
     bricks: Vec<Brick>,
 }
 

@@ -79,6 +79,7 @@ pub unsafe extern "C" fn volgrad_bidirectional_options_default(
 ///
 /// A path is weighted by the true densities of all techniques that could have made it, free flight and phase functions included.
 /// Subpaths start from lights at infinity only if the scene's bounds are known.
+/// Costs per pixel two subpaths, and for every pair of their vertices a ray and the optical depth of an edge.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_bidirectional_run(
     scene: *const volgrad_scene,
@@ -102,6 +103,7 @@ pub unsafe extern "C" fn volgrad_bidirectional_run(
 /// `weighted` 1: what the technique adds to the image; all techniques sum to it. 0: without its weight, so that techniques of as many
 /// edges show the same paths, where they can make them at all, with the noise of their own. That may be without bounds: a connection in a
 /// medium has infinite variance.
+/// Costs at most what `volgrad_bidirectional_run` costs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_bidirectional_run_technique(
     scene: *const volgrad_scene,

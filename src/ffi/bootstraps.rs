@@ -75,6 +75,7 @@ const NO_RESULT: volgrad_chain_plan_result =
 /// with number 0 and has no gaps; threads fill parts of it. With `techniques` NULL all lengths and techniques are tried alike: from some samples
 /// of that kind `volgrad_chain_learn` makes a better choice, for a new array. `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or
 /// `VOLGRAD_ERROR_INVALID_HIT` as many weights are written as stats->samples has grown by.
+/// Costs two subpaths and one connection per sample.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_bootstrap(
     scene: *const volgrad_scene,
@@ -102,6 +103,7 @@ pub unsafe extern "C" fn volgrad_chain_bootstrap(
 /// How often to try each length and technique, in proportion to the root of their mean squared values: from the `count` samples, from number
 /// 0 on, that `volgrad_chain_bootstrap` made without such a table. Those samples serve nothing else: those that are made with the
 /// table have other random numbers.
+/// Costs a pass over the samples, without rays. `VOLGRAD_ERROR_NOT_FINITE`: a weight is negative or not finite.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_learn(
     options: *const volgrad_chain_options,
@@ -130,6 +132,8 @@ fn check_weights(weights: &[f32]) -> Result<(), Fault> {
 ///
 /// The expected image is right whatever the number of samples; brightness is known to result->relative_error, so it differs that much between
 /// seeds. More samples make it less.
+/// Costs some passes over the samples, without rays. `VOLGRAD_ERROR_NOT_FINITE`: a weight is negative or not finite;
+/// `VOLGRAD_ERROR_RANGE`: `wanted` is 0 or above 2^24; `VOLGRAD_ERROR_TOO_SMALL`: `capacity` is.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_plan(
     options: *const volgrad_chain_options,

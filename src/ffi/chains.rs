@@ -181,6 +181,7 @@ pub unsafe extern "C" fn volgrad_chain_size(options: *const volgrad_chain_option
 /// `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. If `start` is not from samples with
 /// this scene, these techniques and this seed: `VOLGRAD_ERROR_RANGE` if that sample is of another length, else `VOLGRAD_ERROR_OTHER_PATH` if
 /// its value differs.
+/// Costs options.burn_in mutations.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_init(
     memory: *mut c_void,
@@ -238,6 +239,7 @@ pub unsafe extern "C" fn volgrad_chain_init(
 /// `VOLGRAD_ERROR_INVALID_HIT` the chain is where it was after the last whole mutation, and stats->large_steps + small_steps says how many there
 /// were: the next call goes on from there. On `VOLGRAD_ERROR_OTHER_PATH`, for another scene than that of `volgrad_chain_init`, chain and film are
 /// as they were.
+/// Costs at most two subpaths and one connection per mutation, and every shift_every mutations a batch.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_run(
     chain: *mut volgrad_chain,
@@ -266,6 +268,7 @@ pub unsafe extern "C" fn volgrad_chain_run(
 
 /// Adds to `film` what is due at the path where the chain is now, and leaves the chain as it is: a last call for each chain before the final
 /// image, or into a copy of the film for one on the way. `stats` may be NULL. `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
+/// Costs the chain's path again, and its batch.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_flush(
     chain: *const volgrad_chain,

@@ -54,6 +54,7 @@ pub(super) struct Hosts {
 /// How many values of the scene's custom densities were NaN, infinite or negative, and how many of their gradients were not finite, since
 /// `volgrad_scene_init`: all of them count as 0. A scene's guided scenes count with it. While other threads use the scene this is what they
 /// have counted by now.
+/// Costs a look at each custom density's counter.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_dropped_densities(scene: *const volgrad_scene, dropped: *mut u64) -> volgrad_status {
     finish((|| {

@@ -69,6 +69,7 @@ fn bytes_of(width: u32, height: u32) -> Result<usize, Fault> {
 }
 
 /// Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
+/// `VOLGRAD_ERROR_RANGE`: a side is 0 or above 65535.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_film_size(width: u32, height: u32, bytes: *mut usize) -> volgrad_status {
     finish((|| {
@@ -80,6 +81,7 @@ pub unsafe extern "C" fn volgrad_film_size(width: u32, height: u32, bytes: *mut 
 }
 
 /// Makes an empty film in `memory`: `bytes` as from `volgrad_film_size`, aligned to 16. There is nothing else to free.
+/// Costs writing all of it. `VOLGRAD_ERROR_RANGE` as for `volgrad_film_size`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_film_init(
     memory: *mut c_void,
@@ -106,6 +108,7 @@ pub unsafe extern "C" fn volgrad_film_init(
 
 /// Adds `count` splats to the pixels that contain them. Those that are not finite, beyond 1e9 or off the film are dropped and counted.
 /// Sums are exact, in steps of 2^-64: their order does not matter.
+/// Costs a constant time per splat.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_film_add(
     film: *mut volgrad_film,
@@ -123,6 +126,7 @@ pub unsafe extern "C" fn volgrad_film_add(
 }
 
 /// Adds all of `from` to `into`, exactly. Both have the same size and are two films.
+/// Costs a pass over both. `VOLGRAD_ERROR_RANGE`: they are one film.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_film_merge(into: *mut volgrad_film, from: *const volgrad_film) -> volgrad_status {
     finish((|| {
@@ -143,6 +147,7 @@ pub unsafe extern "C" fn volgrad_film_merge(into: *mut volgrad_film, from: *cons
 
 /// Writes the sums times `scale` as linear RGB, 3 floats per pixel, row by row from the top; `count` >= 3 * width * height floats.
 /// For a path sampler `scale` is 1/passes.
+/// Costs a pass over the film. `VOLGRAD_ERROR_NOT_FINITE`: `scale` is not; `VOLGRAD_ERROR_TOO_SMALL`: `count` is.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_film_develop(
     film: *const volgrad_film,
@@ -170,6 +175,7 @@ pub unsafe extern "C" fn volgrad_film_develop(
 }
 
 /// Number of splats that were dropped (see `volgrad_film_add`).
+/// Costs a constant time.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_film_dropped(film: *const volgrad_film, dropped: *mut u64) -> volgrad_status {
     finish((|| {

@@ -45,6 +45,7 @@ fn check_size(scene: &Scene, film: &Film) -> Result<(), Fault> {
 /// As `volgrad_bidirectional_run`, but for the image: adds what the subpaths from each light carry to `film`, of
 /// `volgrad_guide_film_size`, by where they go. Some ten samples for each of its pixels are enough. Films of several threads add up, as
 /// all films do. `stats` counts as there.
+/// Costs per pixel at most what `volgrad_bidirectional_run` costs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_guide_learn(
     scene: *const volgrad_scene,
@@ -79,6 +80,7 @@ fn bytes_of(scene: &Scene) -> usize {
 }
 
 /// Memory that a guided scene needs: 33 KiB for each light.
+/// `VOLGRAD_ERROR_RANGE` as for `volgrad_guide_film_size`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_guide_size(scene: *const volgrad_scene, bytes: *mut usize) -> volgrad_status {
     finish((|| {
@@ -94,6 +96,7 @@ pub unsafe extern "C" fn volgrad_guide_size(scene: *const volgrad_scene, bytes: 
 /// go more often where the film says that they carry more. All else about it is the same, and every image still has the same
 /// expectation: a fifth of the subpaths go wherever the lights shine. `bytes` as from `volgrad_guide_size`, aligned to 16. The new
 /// scene refers to `scene`, whose memory has to outlive it. The samples, and all chains of their plan, use the same guided scene.
+/// Costs a pass over the film. `VOLGRAD_ERROR_RANGE` as for `volgrad_guide_film_size`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_guide_init(
     memory: *mut c_void,

@@ -49,6 +49,8 @@ fn guarded<T>(work: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
 
 /// Writes an OpenEXR file (32-bit float R, G, B; lossless): 3 floats per pixel of the window, row by row from the top; `count` is exactly
 /// 3 * window_width * window_height. Allocates. An existing file is replaced; on an error what is left of it is unusable.
+/// Costs a file. `VOLGRAD_ERROR_RANGE`: an empty window or image, or another `count`; `VOLGRAD_ERROR_FILE`: the file cannot be written
+/// so.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_exr_write(
     path: *const c_char,
@@ -94,6 +96,7 @@ fn layout_of(layout: &volgrad_exr_layout) -> Layout {
 }
 
 /// The windows of an OpenEXR file, to size the buffer for `volgrad_exr_read`.
+/// Costs reading the file's head. `VOLGRAD_ERROR_FILE`: it cannot be read, or is no OpenEXR file with R, G, B.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_exr_read_layout(path: *const c_char, layout: *mut volgrad_exr_layout) -> volgrad_status {
     finish((|| {
@@ -114,6 +117,7 @@ pub unsafe extern "C" fn volgrad_exr_read_layout(path: *const c_char, layout: *m
 }
 
 /// Reads the R, G, B of an OpenEXR file's window into `rgb`, which holds at least 3 * window_width * window_height floats. Allocates.
+/// Costs a file. `VOLGRAD_ERROR_FILE`: it cannot be read, or is no OpenEXR file with R, G, B; `VOLGRAD_ERROR_TOO_SMALL`: `count` is.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_exr_read(path: *const c_char, rgb: *mut f32, count: usize) -> volgrad_status {
     finish((|| {

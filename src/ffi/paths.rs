@@ -59,7 +59,7 @@ impl From<Gradient> for volgrad_gradient {
         let f = &gradient.factors;
         Self {
             luminance: gradient.luminance.into(),
-            rgb: core::array::from_fn(|c| f.channel(c).into()),
+            rgb: gradient.rgb.map(Vec3::from),
             scattering: f.scattering.into(),
             transmittance_previous: f.transmittance_previous.map(Vec3::from),
             transmittance_inside: f.transmittance_inside.map(Vec3::from),
@@ -152,6 +152,7 @@ pub(super) unsafe fn path<'a>(pointer: *const volgrad_path) -> Result<Path<'a>, 
 /// as long as their edges, vertices inside their media, x_0 on the lens, and the last vertex where its point, spot or directional light is.
 /// Where area lights and surfaces are only the host knows. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
 /// Paths that fail this are safe to hand over, but what comes back has no meaning.
+/// Costs a pass over vertices and segments. `VOLGRAD_ERROR_NOT_FINITE`: a position is not finite, or a normal or direction no unit vector.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_validate(
     scene: *const volgrad_scene,
@@ -197,6 +198,7 @@ pub unsafe extern "C" fn volgrad_path_report(
 /// The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
 /// ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a
 /// double: INFINITY. Checks kinds and indices, nothing else.
+/// Costs the optical depth of every edge.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_contribution(
     scene: *const volgrad_scene,
@@ -213,6 +215,7 @@ pub unsafe extern "C" fn volgrad_path_contribution(
 
 /// The factors of f, one per vertex; their product is f. `capacity` of `result`: at least the path's vertex_count.
 /// Checks kinds and indices, nothing else.
+/// Costs twice what `volgrad_path_contribution` costs: all of it is checked before any of it is written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_factors(
     scene: *const volgrad_scene,
@@ -241,7 +244,8 @@ pub unsafe extern "C" fn volgrad_path_factors(
 }
 
 /// The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
-/// light's direction stays too): the run of one of `volgrad_path_run_log_gradient`, which names costs and errors.
+/// light's direction stays too): `volgrad_path_run_log_gradient` for one vertex.
+/// Costs and errors are those of a run of one: `VOLGRAD_ERROR_INDEX`, `VOLGRAD_ERROR_NOT_MOVABLE`, `VOLGRAD_ERROR_ZERO_CONTRIBUTION`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_log_gradient(
     scene: *const volgrad_scene,

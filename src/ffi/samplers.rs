@@ -134,6 +134,8 @@ pub unsafe extern "C" fn volgrad_path_sampler_options_default(
 /// pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.
 /// `stats` may be NULL. On `VOLGRAD_ERROR_CALLBACK` or `VOLGRAD_ERROR_INVALID_HIT` the film holds
 /// the paths that were done before, as many as `stats.paths` has grown by: the next call can go on from there.
+/// Costs per path a ray and a flight through the media for every vertex, and a ray to a light with its optical depth; per offset of a
+/// batch at most 2 * shift.run + 1 edges, however long the path.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_sampler_run(
     scene: *const volgrad_scene,

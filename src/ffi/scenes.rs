@@ -190,6 +190,7 @@ pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, byt
 /// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids,
 /// environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
 /// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
+/// Costs one pass over all grids and maps.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_init(
     memory: *mut c_void,

@@ -200,6 +200,8 @@ pub unsafe extern "C" fn volgrad_shift_options_default(
 /// `seed` and `index` choose the offsets: another index for every path. `seed` alone says where tiles begin: another one for every pass.
 /// `queries` may be NULL for modes without ray queries.
 /// Checks kinds and indices of the path, nothing else (see `volgrad_path_validate`).
+/// Costs per offset, in modes that evaluate f, the optical depths of at most options.run + 1 edges and the rays that say whether they are
+/// open; in the other modes one gradient for all offsets. `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: the camera does not see the first vertex.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_shift_path(
     scene: *const volgrad_scene,

@@ -66,6 +66,7 @@ pub unsafe extern "C" fn volgrad_transmittance_options_default(
 /// here. All channels share the same collisions. Homogeneous media always count in closed form.
 /// `volgrad_line_optical_depth` is exact, and what the path sampler uses; this is for hosts that integrate in these ways.
 /// `VOLGRAD_ERROR_RANGE` if the majorant (the greatest density on the way) makes more than a million evaluations likely.
+/// Costs the evaluations of the density that result->evaluations counts: for ratio tracking about the majorant's optical depth.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_line_transmittance_estimate(
     scene: *const volgrad_scene,

@@ -51,10 +51,11 @@ impl LogGradient {
         shared + phases + transmittance + self.profile_previous[c] + self.profile_next[c]
     }
 
-    /// ∇log of the luminance of f, whose colour is `f` up to a factor.
-    pub fn of_luminance(&self, f: Colour) -> DVec3 {
-        let total = luminance(f);
-        (0..3).map(|c| self.channel(c) * (LUMINANCE[c] * f[c] / total)).sum()
+    /// ∇log of all channels of f, and of its luminance; its colour is `f` up to a factor.
+    pub fn of_colour(&self, f: Colour) -> ([DVec3; 3], DVec3) {
+        let rgb = core::array::from_fn(|c| self.channel(c));
+        let shares = LUMINANCE * f / luminance(f);
+        (rgb, rgb[0] * shares.x + rgb[1] * shares.y + rgb[2] * shares.z)
     }
 }
 
@@ -62,6 +63,8 @@ impl LogGradient {
 #[derive(Clone, Copy, Debug)]
 pub struct Gradient {
     pub factors: LogGradient,
+    /// ∇log of each channel of f: the sums of the factors.
+    pub rgb: [DVec3; 3],
     /// ∇log luminance(f)
     pub luminance: DVec3,
 }
@@ -77,7 +80,8 @@ pub fn path_run_log_gradient(scene: &Scene, path: &Path, first: usize, count: us
     let ends = [run.end(scene, path, Side::Previous)?, run.end(scene, path, Side::Next)?];
     let factors = run.log_gradient(scene, path, ends)?;
     let colour = relative_colour(scene, path, first)?;
-    Ok(Gradient { factors, luminance: factors.of_luminance(colour) })
+    let (rgb, luminance) = factors.of_colour(colour);
+    Ok(Gradient { factors, rgb, luminance })
 }
 
 /// f up to a positive factor, kept in range however long or dark the path. An error at vertex `i` if it is 0.

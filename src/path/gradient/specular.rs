@@ -42,6 +42,6 @@ pub fn path_run_log_derivative(scene: &Scene, path: &Path, first: usize, count: 
     };
     let direction = run.outwards(scene, path, side)?;
     let factors = run.log_gradient(scene, path, ends)?;
-    let luminance = factors.of_luminance(relative_colour(scene, path, first)?).dot(direction);
-    Ok(LogDerivative { direction, factors, luminance })
+    let (_, luminance) = factors.of_colour(relative_colour(scene, path, first)?);
+    Ok(LogDerivative { direction, factors, luminance: luminance.dot(direction) })
 }
