@@ -1216,7 +1216,7 @@ volgrad_status volgrad_chain_flush(const struct volgrad_chain *chain,
 
 // Looks at the next mutation of a chain without making it: what it will propose and decide, and both paths' vertices, `capacity` of each,
 // at least the chain's edges + 1, max_length + 1 always do. The media along their edges are the host's to know. `mutation->struct_size` is set by the caller.
-// `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
+// Costs two mutations. `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
 volgrad_status volgrad_chain_peek(const struct volgrad_chain *chain,
                                   const struct volgrad_scene *scene,
                                   const struct volgrad_queries *queries,
@@ -1233,6 +1233,7 @@ volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene
 
 // The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled directions
 // that were no unit vectors and cosines beyond 1, derivatives that were not finite.
+// Costs a look at each one's counter.
 volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene,
                                             uint64_t *dropped);
 
@@ -1371,6 +1372,7 @@ volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const st
 // `volgrad_gradient`, each edge's media; and what is wrong, where it is. As `snprintf` does it writes at most `capacity` bytes, of which the
 // last is 0, and returns in `*length` how many there are without that one: `capacity` 0 asks for the length alone. Not for use by programs:
 // the words may change.
+// Costs what the path's factors and its vertices' gradients cost.
 volgrad_status volgrad_path_report(const struct volgrad_scene *scene,
                                    const struct volgrad_path *path,
                                    char *text,
@@ -1494,6 +1496,7 @@ volgrad_status volgrad_shift_path(const struct volgrad_scene *scene,
 // 1/1000 pixel. So hand over sample after sample, and with VOLGRAD_KERNEL_TILE tile after tile (`volgrad_shift_tile`).
 //
 // `*count` splats, at most path_count * (options.count + 1), which `capacity` has to be. On an error what is in `splats` has no meaning.
+// Costs at most what `volgrad_shift_path` costs for each path. `VOLGRAD_ERROR_ZERO_CONTRIBUTION` as there.
 volgrad_status volgrad_shift_paths(const struct volgrad_scene *scene,
                                    const struct volgrad_queries *queries,
                                    const struct volgrad_shift_options *options,
@@ -1507,7 +1510,8 @@ volgrad_status volgrad_shift_paths(const struct volgrad_scene *scene,
                                    uint32_t *count);
 
 // The tile that a pixel of the camera's crop is in, for calls of this seed: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
-// For options of `VOLGRAD_KERNEL_TILE`.
+// For options of `VOLGRAD_KERNEL_TILE`: `VOLGRAD_ERROR_KIND` with others. `VOLGRAD_ERROR_RANGE`: the pixel is outside the crop.
+// Costs a constant time.
 volgrad_status volgrad_shift_tile(const struct volgrad_scene *scene,
                                   const struct volgrad_shift_options *options,
                                   uint64_t seed,

@@ -294,7 +294,7 @@ pub unsafe extern "C" fn volgrad_chain_flush(
 
 /// Looks at the next mutation of a chain without making it: what it will propose and decide, and both paths' vertices, `capacity` of each,
 /// at least the chain's edges + 1, max_length + 1 always do. The media along their edges are the host's to know. `mutation->struct_size` is set by the caller.
-/// `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
+/// Costs two mutations. `VOLGRAD_ERROR_OTHER_PATH` as for `volgrad_chain_run`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_chain_peek(
     chain: *const volgrad_chain,

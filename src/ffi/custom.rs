@@ -67,6 +67,7 @@ pub unsafe extern "C" fn volgrad_scene_dropped_densities(scene: *const volgrad_s
 
 /// The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled directions
 /// that were no unit vectors and cosines beyond 1, derivatives that were not finite.
+/// Costs a look at each one's counter.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_dropped_values(scene: *const volgrad_scene, dropped: *mut u64) -> volgrad_status {
     finish((|| {

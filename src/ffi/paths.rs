@@ -172,6 +172,7 @@ pub unsafe extern "C" fn volgrad_path_validate(
 /// `volgrad_gradient`, each edge's media; and what is wrong, where it is. As `snprintf` does it writes at most `capacity` bytes, of which the
 /// last is 0, and returns in `*length` how many there are without that one: `capacity` 0 asks for the length alone. Not for use by programs:
 /// the words may change.
+/// Costs what the path's factors and its vertices' gradients cost.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_report(
     scene: *const volgrad_scene,

@@ -236,6 +236,7 @@ pub unsafe extern "C" fn volgrad_shift_path(
 /// 1/1000 pixel. So hand over sample after sample, and with VOLGRAD_KERNEL_TILE tile after tile (`volgrad_shift_tile`).
 ///
 /// `*count` splats, at most path_count * (options.count + 1), which `capacity` has to be. On an error what is in `splats` has no meaning.
+/// Costs at most what `volgrad_shift_path` costs for each path. `VOLGRAD_ERROR_ZERO_CONTRIBUTION` as there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_shift_paths(
     scene: *const volgrad_scene,
@@ -309,7 +310,8 @@ unsafe fn shift_all(
 }
 
 /// The tile that a pixel of the camera's crop is in, for calls of this seed: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
-/// For options of `VOLGRAD_KERNEL_TILE`.
+/// For options of `VOLGRAD_KERNEL_TILE`: `VOLGRAD_ERROR_KIND` with others. `VOLGRAD_ERROR_RANGE`: the pixel is outside the crop.
+/// Costs a constant time.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_shift_tile(
     scene: *const volgrad_scene,
