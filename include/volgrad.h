@@ -790,9 +790,9 @@ typedef void (*volgrad_bsdf_eval_fn)(void *user, struct volgrad_vec3 to_camera, 
 // Returns the density, 1/sr, with which the sample function makes `to_light`: positive wherever f_r is, and exact, or images are biased.
 typedef float (*volgrad_bsdf_pdf_fn)(void *user, struct volgrad_vec3 to_camera, struct volgrad_vec3 to_light);
 
-// Makes a direction `*to_light` of unit length from three uniform numbers `u[3]` in (0, 1), and nothing else: the same numbers make the same
-// direction. `*eta_squared` comes as 1; if the direction is a refracted one, it becomes the square of (index of refraction on its side over that on the
-// side of `to_camera`). Returns 1, or 0 if nothing is scattered.
+// Makes a direction `*to_light` of unit length from three uniform numbers `u[3]` in (0, 1), and nothing else: the same numbers make the
+// same direction. `*eta_squared` comes as 1; if the direction is a refracted one, it becomes the square of (index of refraction on its
+// side over that on the side of `to_camera`). Returns 1, or 0 if nothing is scattered.
 typedef int32_t (*volgrad_bsdf_sample_fn)(void *user,
                                           struct volgrad_vec3 to_camera,
                                           const double *u,
@@ -923,8 +923,8 @@ typedef struct volgrad_light {
   const struct volgrad_custom_light *custom;
 } volgrad_light;
 
-// Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral over the
-// sphere, 2 pi times that over mu, is 1.
+// Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral
+// over the sphere, 2 pi times that over mu, is 1.
 typedef double (*volgrad_phase_eval_fn)(void *user, double mu);
 
 // Returns a cosine mu in [-1, 1] from a uniform number `u` in (0, 1), and nothing else. Its density is 2 pi times the value, exactly, or
@@ -966,7 +966,7 @@ typedef struct volgrad_scene_desc {
   // start from no light at infinity.
   struct volgrad_vec3 bounds_centre;
   float bounds_radius;
-  // `phase_count` phase functions of media, each read by `volgrad_scene_init`. May be NULL; so may be what is not there in a shorter struct.
+  // `phase_count` phase functions of media, each read by `volgrad_scene_init`; none if the struct ends before.
   const struct volgrad_custom_phase *const *phases;
   uint32_t phase_count;
   uint32_t reserved;
@@ -1021,8 +1021,8 @@ typedef struct volgrad_density_integrals {
   double moment[3];
 } volgrad_density_integrals;
 
-// Computes exact integrals of the density along a stretch inside the box, in double precision; `*integrals` comes as 0. What the density jumps by at
-// the box's faces is no part of them. `gradients` 0: only that of the density is needed. As `volgrad_density_fn` otherwise.
+// Computes exact integrals of the density along a stretch inside the box, in double precision; `*integrals` comes as 0. What the density
+// jumps by at the box's faces is no part of them. `gradients` 0: only that of the density is needed. As `volgrad_density_fn` otherwise.
 typedef void (*volgrad_density_integrals_fn)(void *user,
                                              const struct volgrad_stretch *stretch,
                                              int32_t gradients,
@@ -1046,8 +1046,8 @@ typedef struct volgrad_custom_density {
   float step;
   // At least as large as every density in the box. Only ratio tracking uses it.
   float majorant;
-  // May be NULL; so may be what is not there in a shorter struct. With it the optical depth is exact, and distances are found by Newton's
-  // method: some five calls for each.
+  // May be NULL, and is if the struct ends before. With it the optical depth is exact, and distances are found by Newton's method: some
+  // five calls for each.
   volgrad_density_integrals_fn integrals;
 } volgrad_custom_density;
 
@@ -1231,11 +1231,10 @@ volgrad_status volgrad_chain_peek(const struct volgrad_chain *chain,
 // Costs a look at each custom density's counter.
 volgrad_status volgrad_scene_dropped_densities(const struct volgrad_scene *scene, uint64_t *dropped);
 
-// The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled directions
-// that were no unit vectors and cosines beyond 1, derivatives that were not finite.
+// The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled
+// directions that were no unit vectors, cosines beyond 1, and derivatives that were not finite.
 // Costs a look at each one's counter.
-volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene,
-                                            uint64_t *dropped);
+volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene, uint64_t *dropped);
 
 // Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
 // `VOLGRAD_ERROR_RANGE`: a side is 0 or above 65535.
@@ -1455,7 +1454,8 @@ volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr
 
 // Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
 // the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids,
-// environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
+// environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so
+// this reads all of them once.
 // On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 // Costs one pass over all grids and maps.
 volgrad_status volgrad_scene_init(void *memory,

@@ -48,7 +48,10 @@ impl Phase {
                 let d = 1.0 + g * g + 2.0 * g * c;
                 (1.0 - g * g) / (4.0 * PI * d * sqrt(d))
             }
-            Self::Custom(custom) => custom_value(custom, c),
+            Self::Custom(custom) => {
+                let value = custom.eval((-c).clamp(-1.0, 1.0));
+                if value > 0.0 && value.is_finite() { value } else { 0.0 }
+            }
         }
     }
 
@@ -87,13 +90,6 @@ impl Phase {
         let m = (2.0 * cosine - 3.0 * g + g * g * g) / (root * (1.0 - g * g + root));
         Some(DVec2::new((0.5 * (m + 1.0)).clamp(0.0, 1.0), turn))
     }
-}
-
-/// (Out of line, so that the built-in ones stay small enough to be inlined where they are asked most.)
-#[inline(never)]
-fn custom_value(custom: &dyn PhaseFunction, c: f64) -> f64 {
-    let value = custom.eval((-c).clamp(-1.0, 1.0));
-    if value > 0.0 && value.is_finite() { value } else { 0.0 }
 }
 
 /// Of the angle by which Henyey–Greenstein deflects, from a uniform number.

@@ -1,9 +1,76 @@
-//! Tables of functions by which a host computes its own materials, phase functions and lights; those of densities are in types.rs.
+//! Tables of functions by which a host computes its own densities, materials, phase functions and lights.
 //!
 //! Their layouts may grow at the end: struct_size tells.
 
 use crate::math::{Rgb, Vec3};
 use core::ffi::c_void;
+
+/// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
+/// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
+/// as 0, and are counted: `volgrad_scene_dropped_densities`.
+pub type volgrad_density_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, points: *const Vec3, densities: *mut f32, count: u32)>;
+
+/// Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
+pub type volgrad_density_gradient_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, points: *const Vec3, gradients: *mut Vec3, count: u32)>;
+
+/// A part of a line: the points origin + t * direction from `start` to `end`, world units. `direction` has unit length.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_stretch {
+    pub origin: [f64; 3],
+    pub direction: [f64; 3],
+    pub start: f64,
+    pub end: f64,
+}
+
+/// Integrals over t along a stretch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct volgrad_density_integrals {
+    /// Of the density, >= 0.
+    pub density: f64,
+    /// Of its gradient, and of t times its gradient.
+    pub gradient: [f64; 3],
+    pub moment: [f64; 3],
+}
+
+/// Computes exact integrals of the density along a stretch inside the box, in double precision; `*integrals` comes as 0. What the density
+/// jumps by at the box's faces is no part of them. `gradients` 0: only that of the density is needed. As `volgrad_density_fn` otherwise.
+pub type volgrad_density_integrals_fn = Option<
+    unsafe extern "C" fn(
+        user: *mut c_void,
+        stretch: *const volgrad_stretch,
+        gradients: i32,
+        integrals: *mut volgrad_density_integrals,
+    ),
+>;
+
+/// A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
+///
+/// Without `integrals` the optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
+/// and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
+/// gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
+/// line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_custom_density {
+    /// `sizeof(volgrad_custom_density)` of the caller.
+    pub struct_size: u32,
+    pub reserved: u32,
+    /// Passed back as the callbacks' first argument. Must outlive the scene.
+    pub user: *mut c_void,
+    pub density: volgrad_density_fn,
+    pub gradient: volgrad_density_gradient_fn,
+    /// World units, > 0; not below about a millionth of the box. Unused with `integrals`.
+    pub step: f32,
+    /// At least as large as every density in the box. Only ratio tracking uses it.
+    pub majorant: f32,
+    /// May be NULL, and is if the struct ends before. With it the optical depth is exact, and distances are found by Newton's method: some
+    /// five calls for each.
+    pub integrals: volgrad_density_integrals_fn,
+}
 
 /// `volgrad_custom_bsdf.flags`: light passes to the other side.
 pub const VOLGRAD_BSDF_TRANSMITS: u32 = 1;
@@ -16,9 +83,9 @@ pub type volgrad_bsdf_eval_fn =
 /// Returns the density, 1/sr, with which the sample function makes `to_light`: positive wherever f_r is, and exact, or images are biased.
 pub type volgrad_bsdf_pdf_fn = Option<unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, to_light: Vec3) -> f32>;
 
-/// Makes a direction `*to_light` of unit length from three uniform numbers `u[3]` in (0, 1), and nothing else: the same numbers make the same
-/// direction. `*eta_squared` comes as 1; if the direction is a refracted one, it becomes the square of (index of refraction on its side over that on the
-/// side of `to_camera`). Returns 1, or 0 if nothing is scattered.
+/// Makes a direction `*to_light` of unit length from three uniform numbers `u[3]` in (0, 1), and nothing else: the same numbers make the
+/// same direction. `*eta_squared` comes as 1; if the direction is a refracted one, it becomes the square of (index of refraction on its
+/// side over that on the side of `to_camera`). Returns 1, or 0 if nothing is scattered.
 pub type volgrad_bsdf_sample_fn = Option<
     unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, u: *const f64, to_light: *mut Vec3, eta_squared: *mut f32) -> i32,
 >;
@@ -54,8 +121,8 @@ pub struct volgrad_custom_bsdf {
     pub log_gradient: volgrad_bsdf_gradient_fn,
 }
 
-/// Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral over the
-/// sphere, 2 pi times that over mu, is 1.
+/// Returns the phase function's value, 1/sr, at `mu`, the cosine of the angle by which light is deflected: 1 is straight on. Its integral
+/// over the sphere, 2 pi times that over mu, is 1.
 pub type volgrad_phase_eval_fn = Option<unsafe extern "C" fn(user: *mut c_void, mu: f64) -> f64>;
 
 /// Returns a cosine mu in [-1, 1] from a uniform number `u` in (0, 1), and nothing else. Its density is 2 pi times the value, exactly, or
@@ -119,5 +186,5 @@ pub struct volgrad_custom_light {
 #[cfg(target_pointer_width = "64")]
 const _: () = {
     assert!(size_of::<volgrad_custom_bsdf>() == 48 && size_of::<volgrad_custom_phase>() == 40);
-    assert!(size_of::<volgrad_custom_light>() == 48);
+    assert!(size_of::<volgrad_custom_light>() == 48 && size_of::<volgrad_custom_density>() == 48);
 };

@@ -1,10 +1,9 @@
 //! What the host computes: tables of its functions, and how many of their values were left out.
 
-use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_light, volgrad_custom_phase};
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_density, volgrad_custom_light, volgrad_custom_phase};
 use super::pointer::output;
 use super::scenes::{object, volgrad_scene};
 use super::status::{finish, volgrad_status};
-use super::types::volgrad_custom_density;
 use core::fmt;
 use core::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -65,8 +64,8 @@ pub unsafe extern "C" fn volgrad_scene_dropped_densities(scene: *const volgrad_s
     })())
 }
 
-/// The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled directions
-/// that were no unit vectors and cosines beyond 1, derivatives that were not finite.
+/// The same of the scene's custom materials, phase functions and lights: values and densities that were NaN, infinite or negative, sampled
+/// directions that were no unit vectors, cosines beyond 1, and derivatives that were not finite.
 /// Costs a look at each one's counter.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_scene_dropped_values(scene: *const volgrad_scene, dropped: *mut u64) -> volgrad_status {

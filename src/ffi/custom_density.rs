@@ -1,10 +1,11 @@
 //! Densities that the host computes.
 
+use super::callbacks::{volgrad_custom_density, volgrad_density_integrals, volgrad_stretch};
 use super::convert::{self, Place};
 use super::custom::Host;
 use super::pointer::sized_since;
 use super::status::{Fault, volgrad_status::*};
-use super::types::{volgrad_custom_density, volgrad_density_integrals, volgrad_medium, volgrad_stretch};
+use super::types::volgrad_medium;
 use crate::math::{DVec3, Vec3};
 use crate::medium::{Custom, DensityField, Moments, Stretch};
 use core::mem::offset_of;

@@ -1,6 +1,6 @@
 //! Scenes: checked once, converted into memory of the caller, then shared by any number of threads.
 
-use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_light, volgrad_custom_phase};
+use super::callbacks::{volgrad_custom_bsdf, volgrad_custom_density, volgrad_custom_light, volgrad_custom_phase};
 use super::convert::{self, MAX_IMAGE_SIDE, Place, not_negative};
 use super::custom::{Host, Hosts};
 use super::grids;
@@ -188,7 +188,8 @@ pub unsafe extern "C" fn volgrad_scene_size(desc: *const volgrad_scene_desc, byt
 
 /// Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
 /// the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids,
-/// environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so this reads all of them once.
+/// environment maps and what callbacks' `user` points to are borrowed as long. The bounds of grids and sums of maps are computed here, so
+/// this reads all of them once.
 /// On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 /// Costs one pass over all grids and maps.
 #[unsafe(no_mangle)]

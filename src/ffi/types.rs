@@ -98,73 +98,6 @@ pub const VOLGRAD_MEDIUM_GRID: u32 = 1;
 pub const VOLGRAD_MEDIUM_CUSTOM: u32 = 2;
 pub const VOLGRAD_MEDIUM_SPARSE_GRID: u32 = 3;
 
-/// Computes the densities at `count` points (world units). Must not throw or longjmp; is called by all threads that use the scene,
-/// several at a time; the same point always has the same density. Values that are NaN, infinite or negative count
-/// as 0, and are counted: `volgrad_scene_dropped_densities`.
-pub type volgrad_density_fn =
-    Option<unsafe extern "C" fn(user: *mut c_void, points: *const Vec3, densities: *mut f32, count: u32)>;
-
-/// Computes the gradients of the density, 1/world unit, at `count` points. As `volgrad_density_fn` otherwise.
-pub type volgrad_density_gradient_fn =
-    Option<unsafe extern "C" fn(user: *mut c_void, points: *const Vec3, gradients: *mut Vec3, count: u32)>;
-
-/// A part of a line: the points origin + t * direction from `start` to `end`, world units. `direction` has unit length.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct volgrad_stretch {
-    pub origin: [f64; 3],
-    pub direction: [f64; 3],
-    pub start: f64,
-    pub end: f64,
-}
-
-/// Integrals over t along a stretch.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct volgrad_density_integrals {
-    /// Of the density, >= 0.
-    pub density: f64,
-    /// Of its gradient, and of t times its gradient.
-    pub gradient: [f64; 3],
-    pub moment: [f64; 3],
-}
-
-/// Computes exact integrals of the density along a stretch inside the box, in double precision; `*integrals` comes as 0. What the density jumps by at
-/// the box's faces is no part of them. `gradients` 0: only that of the density is needed. As `volgrad_density_fn` otherwise.
-pub type volgrad_density_integrals_fn = Option<
-    unsafe extern "C" fn(
-        user: *mut c_void,
-        stretch: *const volgrad_stretch,
-        gradients: i32,
-        integrals: *mut volgrad_density_integrals,
-    ),
->;
-
-/// A density that the host computes, inside the box that is the unit cube under the medium's `local_to_world`; 0 outside.
-///
-/// Without `integrals` the optical depth is that of a piecewise linear density: a line's way through the box is cut into equal panels no longer than `step`,
-/// and the density counts as linear in each. tau is off by at most step^2/12 times the integral of |second derivative|, its
-/// gradient by the same order; a jump inside the box costs about step times the jump. tau is the same from both ends of a
-/// line, adds up where the line is divided, and distances are sampled from it exactly. Choose a step that no feature is thinner than.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct volgrad_custom_density {
-    /// `sizeof(volgrad_custom_density)` of the caller.
-    pub struct_size: u32,
-    pub reserved: u32,
-    /// Passed back as the callbacks' first argument. Must outlive the scene.
-    pub user: *mut c_void,
-    pub density: volgrad_density_fn,
-    pub gradient: volgrad_density_gradient_fn,
-    /// World units, > 0; not below about a millionth of the box. Unused with `integrals`.
-    pub step: f32,
-    /// At least as large as every density in the box. Only ratio tracking uses it.
-    pub majorant: f32,
-    /// May be NULL; so may be what is not there in a shorter struct. With it the optical depth is exact, and distances are found by Newton's
-    /// method: some five calls for each.
-    pub integrals: volgrad_density_integrals_fn,
-}
-
 /// Cells along a side of a sparse grid's brick, and samples of a block: (`VOLGRAD_BRICK_SIDE` + 1)^3.
 pub const VOLGRAD_BRICK_SIDE: u32 = 8;
 pub const VOLGRAD_BLOCK_SAMPLES: u32 = 729;
@@ -325,7 +258,7 @@ pub struct volgrad_scene_desc {
     /// start from no light at infinity.
     pub bounds_centre: Vec3,
     pub bounds_radius: f32,
-    /// `phase_count` phase functions of media, each read by `volgrad_scene_init`. May be NULL; so may be what is not there in a shorter struct.
+    /// `phase_count` phase functions of media, each read by `volgrad_scene_init`; none if the struct ends before.
     pub phases: *const *const volgrad_custom_phase,
     pub phase_count: u32,
     pub reserved: u32,
@@ -371,7 +304,7 @@ const _: () = {
     assert!(size_of::<Vec3>() == 12 && size_of::<Rgb>() == 12 && size_of::<Segment>() == 20);
     assert!(size_of::<Vertex>() == 44 && size_of::<Ray>() == 36 && size_of::<Hit>() == 372);
     assert!(size_of::<volgrad_camera>() == 96 && size_of::<volgrad_phase>() == 8 && size_of::<volgrad_medium>() == 120);
-    assert!(size_of::<volgrad_custom_density>() == 48 && size_of::<volgrad_sparse_grid>() == 24);
+    assert!(size_of::<volgrad_sparse_grid>() == 24);
     assert!(size_of::<volgrad_scene_desc>() == 168);
     assert!(size_of::<volgrad_material>() == 64 && size_of::<volgrad_light>() == 112 && size_of::<volgrad_path>() == 32);
 };

@@ -20,8 +20,8 @@ pub trait DensityField: Debug + Sync {
     fn densities(&self, points: &[DVec3], densities: &mut [f64]);
     /// Fills `gradients`, as long as `points`, 1/world unit.
     fn gradients(&self, points: &[DVec3], gradients: &mut [DVec3]);
-    /// Integrals of ρ, and if asked for of ∇ρ and t·∇ρ, along a stretch inside the box, exactly; the ends are left out. Only [`Custom::exact`]
-    /// needs them.
+    /// Integrals of ρ, and if asked for of ∇ρ and t·∇ρ, along a stretch inside the box, exactly; the ends are left out. Only
+    /// [`Custom::exact`] needs them.
     fn moments(&self, _stretch: &Stretch, _gradients: bool) -> Moments {
         Moments::default()
     }

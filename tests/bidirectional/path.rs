@@ -205,6 +205,7 @@ impl<'a> Path<'a> {
                 Light::Triangle { edge_u, edge_v, .. } => 2.0 / edge_u.cross(*edge_v).length(),
                 Light::Sphere { radius, .. } => 1.0 / (4.0 * PI * radius * radius),
                 Light::Directional { .. } | Light::Point { .. } | Light::Spot { .. } => 1.0,
+                Light::CustomSky(_) | Light::CustomPoint { .. } => panic!("built in, here"),
             };
             return place * self.world.picks[self.light] / self.world.picks.iter().sum::<f64>();
         }

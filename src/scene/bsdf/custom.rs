@@ -46,18 +46,14 @@ impl CustomBsdf<'_> {
         self.0.transmits()
     }
 
-    /// (Out of line, so that the built-in ones stay small enough to be inlined where they are asked most.)
-    #[inline(never)]
     pub fn eval(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> Colour {
         self.local(n, to_camera, to_light).map_or(Colour::ZERO, |(c, l)| self.value(c, l))
     }
 
-    #[inline(never)]
     pub fn pdf(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> f64 {
         self.local(n, to_camera, to_light).map_or(0.0, |(c, l)| self.density(c, l))
     }
 
-    #[inline(never)]
     pub fn sample(&self, n: DVec3, to_camera: DVec3, u: DVec2, lobe: f64) -> Option<BsdfSample> {
         let frame = frame(n);
         let c = frame.transpose() * to_camera;
