@@ -26,6 +26,43 @@ class Mutant:
 
 
 MUTANTS = [
+    # Paths handed over together.
+    Mutant(
+        "contributions that share a link and a wing: only the first counts",
+        "src/shift/paths.rs",
+        "self.wings[known].1 += *rest,",
+        "{ let _ = (known, rest); }",
+        "host_sampler paths_that_begin_alike",
+    ),
+    Mutant(
+        "a tile's rays serve paths at other places of its pixels",
+        "src/shift/paths.rs",
+        "const SAME_PLACE: f64 = 1e-3;",
+        "const SAME_PLACE: f64 = 1.0;",
+        "host_sampler paths_that_begin_alike",
+    ),
+    Mutant(
+        "paths that begin elsewhere join a batch",
+        "src/shift/paths.rs",
+        "same_place && a.x == b.x",
+        "same_place",
+        "host_sampler paths_that_begin_alike",
+    ),
+    # What is looked at to find mistakes.
+    Mutant(
+        "a path's report leaves out the gradient of the importance",
+        "src/path/report.rs",
+        '("importance", g.importance)',
+        '("importance", g.scattering)',
+        "path_report a_report_has_the_factors",
+    ),
+    Mutant(
+        "numbers in text end a digit early",
+        "src/text.rs",
+        "if place > point.max(last as i32) {",
+        "if place >= point.max(last as i32) {",
+        "path_report numbers_read_as_they_are",
+    ),
     # The shifts: what makes the unbiased modes unbiased.
     Mutant(
         "no stay rule: rejected offsets are lost",

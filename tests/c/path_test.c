@@ -81,7 +81,7 @@ static void test_path_errors(void) {
     INVALID_PATH(vertices[2].position.z = INFINITY, VOLGRAD_ERROR_NOT_FINITE, 2);
     INVALID_PATH((vertices[2].index = SKY, segments[1].end = INFINITY), VOLGRAD_ERROR_NOT_FINITE, 2); /* not a unit vector */
     INVALID_PATH((vertices[1].kind = VOLGRAD_VERTEX_SURFACE), VOLGRAD_ERROR_NOT_FINITE, 1);           /* nor this normal */
-    INVALID_PATH(vertices[2].position.x = 0.5f, VOLGRAD_ERROR_RANGE, 2); /* not where the light is */
+    INVALID_PATH((vertices[2].position.x = 0.5f, segments[1].end = 4), VOLGRAD_ERROR_RANGE, 2); /* not where the light is */
     volgrad_segment many[VOLGRAD_MAX_SEGMENTS + 2];
     for (int i = 0; i < VOLGRAD_MAX_SEGMENTS + 2; i++) many[i] = (volgrad_segment){4, 0, {0, 0, 1}};
     INVALID_PATH((path.segments = many, path.segment_count = 17, ends[0] = 16, ends[1] = 17), VOLGRAD_OK, -1);
