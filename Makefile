@@ -182,7 +182,7 @@ test-cpp: $(BUILD)/tests/volgrad_test $(BUILD)/tests/fog
 
 MEMCHECK_TESTS := $(patsubst tests/c/%.c,$(BUILD)/memcheck/%,$(wildcard tests/c/*.c))
 TSAN := $(TARGET)/thread-sanitizer
-TSAN_TRIPLE := $(shell rustc -vV | sed -n 's/host: //p')
+TSAN_TRIPLE = $(shell rustc -vV | sed -n 's/host: //p')
 
 $(BUILD)/memcheck $(BUILD)/tsan:
 	mkdir -p $@
@@ -282,15 +282,15 @@ test-c: test-fuzz
 # not name aborts. What is found, and what the corpus lacks, goes to build/fuzz.
 API_FUZZERS := $(patsubst tests/fuzz/%.c,%,$(wildcard tests/fuzz/api_*.c))
 FUZZ_TARGET := $(TARGET)/fuzz
-FUZZ_LIBRARY := $(FUZZ_TARGET)/$(TSAN_TRIPLE)/release/libvolgrad.a
+FUZZ_LIBRARY = $(FUZZ_TARGET)/$(TSAN_TRIPLE)/release/libvolgrad.a
 FUZZ_SECONDS ?= 60
 
 .PHONY: fuzz-api replay-api
 fuzz-api: $(BUILD)/documented.h
 	CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS=true CARGO_TARGET_DIR=$(FUZZ_TARGET) \
-	RUSTFLAGS='-Zsanitizer=address -Cdebug-assertions -Cdebuginfo=line-tables-only -Cpasses=sancov-module \
+	RUSTFLAGS="-Zsanitizer=address -Cdebug-assertions -Cdebuginfo=line-tables-only -Cpasses=sancov-module \
 		-Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
-		-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares' \
+		-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares" \
 		cargo +nightly rustc --release --lib --features $(FEATURES) --crate-type staticlib --target $(TSAN_TRIPLE)
 	@set -e; for f in $(API_FUZZERS); do mkdir -p $(BUILD)/fuzz/$$f; \
 		clang -std=c11 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -include $(BUILD)/documented.h tests/fuzz/$$f.c \
