@@ -57,8 +57,10 @@ static double read_double(const tree *t, uint64_t address)
 
 static int damaged(const tree *t, const char *what, uint64_t address)
 {
-    return xml_error(t->node, "%s: %s at byte %llu of the grid, which has %llu, aligned to 32; the file is damaged", t->path, what,
-                     (unsigned long long)address, (unsigned long long)t->bytes);
+    return xml_error(t->node,
+                     "%s: %s at byte %llu of the grid, which has %llu: beyond its end, not a multiple of 32, or used twice; the file "
+                     "is damaged",
+                     t->path, what, (unsigned long long)address, (unsigned long long)t->bytes);
 }
 
 /* Whether `bytes` from `address` on are all there. */
