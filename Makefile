@@ -226,14 +226,15 @@ test-nvdb: $(BUILD)/tests/nvdb_test $(NVDB)/written $(RENDER) $(VENV)/ready
 
 test-c: test-nvdb
 
-# ---- fuzzing: tests/fuzz/NAME.c is a libFuzzer target, tests/fuzz/corpus/NAME what it starts with ----
+# ---- fuzzing: tests/fuzz/NAME.c is a libFuzzer target, tests/fuzz/corpus/NAME what it starts with, NAME.dict, if there is one, its words ----
 #
 #   make fuzz SECONDS=1800 FUZZ=nvdb     runs one target, or all of them, with clang; what is new goes to build/fuzz/corpus, findings to build/fuzz
 #   make test-fuzz                       replays the corpus with any compiler
 
 SECONDS ?= 60
-FUZZ ?= $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c $(wildcard tests/fuzz/api_*.c),$(wildcard tests/fuzz/*.c)))
-FUZZ_FLAGS := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -D_POSIX_C_SOURCE=200809L -Iexamples_c/render
+FUZZ ?= $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
+FUZZ_FLAGS := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -Iexamples_c/render \
+	-D_POSIX_C_SOURCE=200809L -DFUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
 FUZZ_LIMITS := -timeout=60 -rss_limit_mb=4096 -max_len=65536 -close_fd_mask=2 -print_final_stats=1
 # The library with what libFuzzer looks at to see where an input leads, and with checks of overflow.
 FUZZ_RUSTFLAGS := -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
@@ -267,8 +268,9 @@ $(BUILD)/replay/%: tests/fuzz/%.c tests/fuzz/replay.c $(wildcard tests/fuzz/*.h)
 fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZ))
 	@set -e; for f in $(FUZZ); do \
 		mkdir -p $(BUILD)/fuzz/corpus/$$f; echo "== $$f, $(SECONDS) s"; \
-		$(BUILD)/fuzz/$$f $(FUZZ_LIMITS) -artifact_prefix=$(BUILD)/fuzz/$$f- -max_total_time=$(SECONDS) $(BUILD)/fuzz/corpus/$$f tests/fuzz/corpus/$$f \
-			</dev/null 2>&1 | tail -n 25; done
+		dict=tests/fuzz/$$f.dict; [ -e $$dict ] && dict=-dict=$$dict || dict=; \
+		$(BUILD)/fuzz/$$f $(FUZZ_LIMITS) $$dict -artifact_prefix=$(BUILD)/fuzz/$$f- -max_total_time=$(SECONDS) $(BUILD)/fuzz/corpus/$$f tests/fuzz/corpus/$$f \
+			</dev/null >$(BUILD)/fuzz/$$f.log 2>&1 || { tail -n 60 $(BUILD)/fuzz/$$f.log; exit 1; }; grep 'stat::' $(BUILD)/fuzz/$$f.log; done
 
 # What targets say of bad inputs is shown only if one fails.
 test-fuzz: $(addprefix $(BUILD)/replay/,$(FUZZ))

@@ -185,14 +185,15 @@ static int find(input *in, search *s)
 
 static const char *type_name(uint32_t type)
 {
-    static const char *const names[] = {"no type", "float",      "double", "int16", "int32",   "int64",   "vec3f",   "vec3d", "mask", "half",
-                                        "uint32",  "bool",       "rgba8",  "fp4",   "fp8",     "fp16",    "fpn",     "vec4f", "vec4d", "index"};
+    static const char *const names[] = {"no type", "float", "double", "int16", "int32", "int64", "vec3f", "vec3d", "mask", "half",
+                                        "uint32", "bool", "rgba8", "fp4", "fp8", "fp16", "fpn", "vec4f", "vec4d", "index"};
     return type < sizeof names / sizeof *names ? names[type] : "an unknown type";
 }
 
 static const char *class_name(uint32_t grid_class)
 {
-    static const char *const names[] = {"unknown", "level set", "fog volume", "staggered", "point index", "point data", "topology", "voxel volume"};
+    static const char *const names[] = {"unknown",     "level set",  "fog volume", "staggered",
+                                        "point index", "point data", "topology",   "voxel volume"};
     return grid_class < sizeof names / sizeof *names ? names[grid_class] : "special";
 }
 

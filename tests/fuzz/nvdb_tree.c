@@ -4,9 +4,9 @@
 #include "nvdb.h"
 
 /* Sizes and offsets of NanoVDB's structs, version 32, float; see PNanoVDB.h. */
-enum { GRID = 0, TREE = 672, ROOT = 736, TILES = ROOT + 64, UPPER = 896, UPPERS = 2, UPPER_BYTES = 270400 };
-enum { LOWER = UPPER + UPPERS * UPPER_BYTES, LOWER_BYTES = 33856, LEAF = LOWER + UPPERS * LOWER_BYTES, LEAF_BYTES = 2144 };
-enum { BYTES = LEAF + UPPERS * LEAF_BYTES };
+enum { GRID = 0, TREE = 672, ROOT = 736, TILES = ROOT + 64, UPPER = 896, UPPER_BYTES = 270400 };
+enum { LOWERS = 2, LOWER = UPPER + UPPER_BYTES, LOWER_BYTES = 33856, LEAF = LOWER + LOWERS * LOWER_BYTES, LEAF_BYTES = 2144 };
+enum { BYTES = LEAF + LOWERS * LEAF_BYTES };
 enum { UPPER_CHILDREN = 32 + 4096, UPPER_TABLE = 8256, LOWER_CHILDREN = 32 + 512, LOWER_TABLE = 1088, LEAF_VALUES = 96 };
 
 static uint64_t good[BYTES / 8], data_words[BYTES / 8];
@@ -21,7 +21,7 @@ static void put_double(size_t at, double value)
     memcpy((unsigned char *)good + at, &value, sizeof value);
 }
 
-/* Two leaves of one value each, below nodes of their own, at -8 and 0 along x. */
+/* Two leaves of one value each, below lower nodes of their own, at 0 and 128 along z. */
 static void make_good(void)
 {
     memcpy(good, "NanoVDB0", 8);
@@ -32,17 +32,14 @@ static void make_good(void)
         put_double(296 + 88 + 32 * i, .25); /* the diagonal of the map */
     }
     put(TREE + 24, ROOT - TREE, 8);
-    put(ROOT + 24, UPPERS, 4);
-    for (size_t i = 0; i < UPPERS; i++) {
-        size_t upper = UPPER + i * UPPER_BYTES, lower = LOWER + i * LOWER_BYTES, leaf = LEAF + i * LEAF_BYTES;
-        uint64_t key = i == 0 ? (uint64_t)0xfffff << 42 : 0; /* of x = -4096 and 0 */
-        size_t in_upper = i == 0 ? 31 << 10 : 0, in_lower = i == 0 ? 15 << 8 : 0;
-        put(TILES + 32 * i, key, 8);
-        put(TILES + 32 * i + 8, upper - ROOT, 8);
-        put(upper + UPPER_CHILDREN + in_upper / 8, 1, 1);
-        put(upper + UPPER_TABLE + 8 * in_upper, lower - upper, 8);
-        put(lower + LOWER_CHILDREN + in_lower / 8, 1, 1);
-        put(lower + LOWER_TABLE + 8 * in_lower, leaf - lower, 8);
+    put(ROOT + 24, 1, 4);
+    put(TILES + 8, UPPER - ROOT, 8);
+    put(UPPER + UPPER_CHILDREN, 3, 1);
+    for (size_t i = 0; i < LOWERS; i++) {
+        size_t lower = LOWER + i * LOWER_BYTES, leaf = LEAF + i * LEAF_BYTES;
+        put(UPPER + UPPER_TABLE + 8 * i, lower - UPPER, 8);
+        put(lower + LOWER_CHILDREN, 1, 1);
+        put(lower + LOWER_TABLE, leaf - lower, 8);
         for (size_t n = 0; n < 512; n++) {
             put(leaf + LEAF_VALUES + 4 * n, 0x3f000000, 4);
         }
@@ -51,8 +48,18 @@ static void make_good(void)
 
 static size_t place(const uint8_t *record)
 {
-    static const size_t parts[] = {GRID, TREE, ROOT, TILES, UPPER, UPPER + UPPER_CHILDREN, UPPER + UPPER_TABLE, LOWER, LOWER + LOWER_CHILDREN,
-                                   LOWER + LOWER_TABLE, LEAF, LEAF + LEAF_VALUES};
+    static const size_t parts[] = {GRID,
+                                   TREE,
+                                   ROOT,
+                                   TILES,
+                                   UPPER,
+                                   UPPER + UPPER_CHILDREN,
+                                   UPPER + UPPER_TABLE,
+                                   LOWER,
+                                   LOWER + LOWER_CHILDREN,
+                                   LOWER + LOWER_TABLE,
+                                   LEAF,
+                                   LEAF + LEAF_VALUES};
     size_t offset = record[1] | (size_t)record[2] << 8 | (size_t)record[3] << 16;
     return (parts[record[0] % (sizeof parts / sizeof *parts)] + offset) % (BYTES - 8);
 }

@@ -1,5 +1,5 @@
-/* Writes the .nvdb files of nvdb_test, with NanoVDB's own library, and what it says is in them: the same densities as a .vol file, and values
-   at random points.
+/* Writes the .nvdb files of nvdb_test, with NanoVDB's own library, and what it says is in them: the same densities as a .vol file, and
+   values at random points.
 
    Build: c++ -DNANOVDB_USE_ZIP nvdb_write.cpp -lz        Usage: nvdb_write FOLDER */
 #include <cmath>
@@ -39,7 +39,8 @@ static float random_value(int i, int j, int k)
     return static_cast<float>(bits() % 1024) / 1024;
 }
 
-/* Voxels on both sides of 0 along all axes: a ball of random values, a cube of constant ones that contains whole nodes, and one voxel apart. */
+/* Voxels on both sides of 0 along all axes: a ball of random values, a box of constant ones that holds whole nodes, and one voxel
+   apart. */
 static float density(const Coord &at)
 {
     const int i = at[0], j = at[1], k = at[2];
@@ -133,9 +134,10 @@ static void write_scenes()
     write_scene("nvdb.xml", "<volume name='sigma_t' type='nvdbvolume'><string name='filename' value='zip.nvdb'/></volume>");
     /* The unit cube to the box, half a voxel beyond its samples, and then the map. */
     std::string box = "<scale";
-    for (int axis = 0; axis < 3; axis++) box += std::string(" ") + "xyz"[axis] + "='" + std::to_string(8 * (HIGH[axis] - LOW[axis] + 2) + 1) + "'";
+    auto attribute = [](int axis, double value) { return std::string(" ") + "xyz"[axis] + "='" + std::to_string(value) + "'"; };
+    for (int axis = 0; axis < 3; axis++) box += attribute(axis, 8 * (HIGH[axis] - LOW[axis] + 2) + 1);
     box += "/><translate";
-    for (int axis = 0; axis < 3; axis++) box += std::string(" ") + "xyz"[axis] + "='" + std::to_string(8 * (LOW[axis] - 1) - .5) + "'";
+    for (int axis = 0; axis < 3; axis++) box += attribute(axis, 8 * (LOW[axis] - 1) - .5);
     box += "/><matrix value='0 -.03125 0 .5 .03125 .0078125 0 -.25 0 0 .015625 1 0 0 0 1'/>";
     write_scene("vol.xml", "<volume name='sigma_t' type='gridvolume'><string name='filename' value='cloud.vol'/>"
                            "<transform name='to_world'>" + box + "</transform></volume>");

@@ -177,6 +177,10 @@ static int load(const char *xml, scene *out)
     "<medium type='heterogeneous' id='m'><volume type='gridvolume' name='sigma_t'><string name='filename' value='" file          \
     "'/>" content "</volume></medium>"
 
+#define NVDB(file, content)                                                                                                      \
+    "<medium type='heterogeneous' id='m'><volume type='nvdbvolume' name='sigma_t'><string name='filename' value='" file          \
+    "'/>" content "</volume></medium>"
+
 static int load_good(const char *xml, scene *out, int line)
 {
     int ok = load(xml, out);
@@ -796,7 +800,7 @@ static const bad_scene BAD_SENSORS[] = {
      2, 28, "rr_depth is \"0\""},
 };
 
-#define FILE_COLUMN 78 /* of the file name in GRID */
+#define FILE_COLUMN 78 /* of the file name in GRID and NVDB */
 
 static const bad_scene BAD_MEDIA[] = {
     BAD("<medium type='principled'/>", 1, "medium \"principled\" is not supported"),
@@ -812,6 +816,10 @@ static const bad_scene BAD_MEDIA[] = {
     BAD("<medium type='heterogeneous'><float name='sigma_t' value='1'/></medium>", 30, "needs <volume type=\"gridvolume\""),
     BAD("<medium type='heterogeneous'><volume type='constvolume' name='sigma_t'/></medium>", 30, "volume \"constvolume\""),
     BAD("<medium type='heterogeneous'><volume type='gridvolume' name='sigma_t'/></medium>", 30, "lacks its filename"),
+    BAD("<medium type='heterogeneous'><volume type='nvdbvolume' name='sigma_t'/></medium>", 30, "lacks its filename"),
+    BAD(NVDB("absent.nvdb", ""), FILE_COLUMN, "cannot open"),
+    BAD(NVDB("good.vol", ""), FILE_COLUMN, "is no .nvdb file"),
+    BAD(NVDB("good.vol", "<boolean name='use_grid_bbox' value='true'/>"), 120, "use_grid_bbox"),
     BAD(GRID("good.vol", "<string name='wrap_mode' value='repeat'/>"), 120, "only \"clamp\""),
     BAD(GRID("good.vol", "<string name='filter_type' value='nearest'/>"), 120, "only \"trilinear\""),
     BAD(GRID("flatbox.vol", "<boolean name='use_grid_bbox' value='true'/>"), 37, "the box in the .vol file is empty"),
