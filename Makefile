@@ -12,7 +12,7 @@
 #   make figures    the thesis' figures again and beyond, for forty minutes on two cores: build/figures/figures.html and README.md's part;
 #                   TIME=minutes, RES=pixels (128 divided or multiplied by a whole number); goes on where it was stopped
 #   make memcheck   the C tests under valgrind; make test-threads: four threads under a thread sanitizer, with a nightly Rust;
-#                   make fuzz-api FUZZ_SECONDS=60: fuzzers of the C interface, with that and clang
+#   make fuzz       fuzzers of the C interface and of all readers of files (SECONDS=60 each), with clang and a nightly Rust: tests/fuzz
 #   make header     writes include/volgrad.h anew; make abi, also, accepts its binary interface as the one to keep: tests/abi
 #
 # CARGO_TARGET_DIR and BUILD say where results go, CFLAGS and LDFLAGS are added to ours.
@@ -129,7 +129,7 @@ test-c: $(HOST_TESTS) $(ABI_TESTS)
 	$(BUILD)/tests/reader_test $(SCENES)
 	$(BUILD)/tests/queries_test
 	@set -e; for t in $(ABI_TESTS); do echo $$t; $$t; done
-	$(MAKE) replay-api
+	$(MAKE) test-fuzz
 	@set -e; for t in $(ABI_SCRIPTS); do echo $$t; CC='$(CC)' LIBRARY=$(LIBRARY) sh $$t; done
 
 # What users get: the binary interface, the archives, an installation, programs built with it.
@@ -226,86 +226,7 @@ test-nvdb: $(BUILD)/tests/nvdb_test $(NVDB)/written $(RENDER) $(VENV)/ready
 
 test-c: test-nvdb
 
-# ---- fuzzing: tests/fuzz/NAME.c is a libFuzzer target, tests/fuzz/corpus/NAME what it starts with, NAME.dict, if there is one, its words ----
-#
-#   make fuzz SECONDS=1800 FUZZ=nvdb     runs one target, or all of them, with clang; what is new goes to build/fuzz/corpus, findings to build/fuzz
-#   make test-fuzz                       replays the corpus with any compiler
-
-SECONDS ?= 60
-FUZZ ?= $(patsubst tests/fuzz/%.c,%,$(filter-out %/replay.c,$(wildcard tests/fuzz/*.c)))
-FUZZ_FLAGS := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -Iexamples_c/render \
-	-D_POSIX_C_SOURCE=200809L -DFUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-FUZZ_LIMITS := -timeout=60 -rss_limit_mb=4096 -max_len=65536 -close_fd_mask=2 -print_final_stats=1
-# The library with what libFuzzer looks at to see where an input leads, and with checks of overflow.
-FUZZ_RUSTFLAGS := -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
-	-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares -Cdebug-assertions -Ccodegen-units=1
-FUZZ_TARGET := $(shell rustc -vV 2>/dev/null | sed -n 's/^host: //p')
-
-$(BUILD)/fuzz $(BUILD)/fuzz/host $(BUILD)/replay/host:
-	mkdir -p $@
-
-$(BUILD)/fuzz/libvolgrad.a: $(wildcard src/*.rs src/*/*.rs src/*/*/*.rs) | $(BUILD)/fuzz
-	RUSTFLAGS='$(FUZZ_RUSTFLAGS)' cargo rustc --release --lib --features $(FEATURES) --crate-type staticlib --target $(FUZZ_TARGET)
-	cp -p $(TARGET)/$(FUZZ_TARGET)/release/libvolgrad.a $@
-
-$(BUILD)/fuzz/host/%.o: examples_c/render/%.c $(HOST_HEADERS) | $(BUILD)/fuzz/host
-	clang $(C_FLAGS) $(FUZZ_FLAGS) -fsanitize=fuzzer-no-link -c $< -o $@
-
-$(BUILD)/replay/host/%.o: examples_c/render/%.c $(HOST_HEADERS) | $(BUILD)/replay/host
-	$(CC) $(C_FLAGS) $(FUZZ_FLAGS) -c $< -o $@
-
-HOST_PARTS := $(patsubst examples_c/render/%.c,%.o,$(filter-out %/main.c,$(HOST)))
-
-$(BUILD)/fuzz/%: tests/fuzz/%.c $(wildcard tests/fuzz/*.h) $(addprefix $(BUILD)/fuzz/host/,$(HOST_PARTS)) $(BUILD)/fuzz/libvolgrad.a
-	clang $(C_FLAGS) $(FUZZ_FLAGS) -fsanitize=fuzzer $< $(filter %.o %.a,$^) $(C_LIBS) -o $@
-
-$(BUILD)/replay/%: tests/fuzz/%.c tests/fuzz/replay.c $(wildcard tests/fuzz/*.h) $(addprefix $(BUILD)/replay/host/,$(HOST_PARTS)) $(LIBRARY)
-	$(CC) $(C_FLAGS) $(FUZZ_FLAGS) $(filter %.c %.o %.a,$^) $(C_LIBS) -o $@
-
-.PHONY: fuzz test-fuzz
-.SECONDARY:
-
-fuzz: $(addprefix $(BUILD)/fuzz/,$(FUZZ))
-	@set -e; for f in $(FUZZ); do \
-		mkdir -p $(BUILD)/fuzz/corpus/$$f; echo "== $$f, $(SECONDS) s"; \
-		dict=tests/fuzz/$$f.dict; [ -e $$dict ] && dict=-dict=$$dict || dict=; \
-		$(BUILD)/fuzz/$$f $(FUZZ_LIMITS) $$dict -artifact_prefix=$(BUILD)/fuzz/$$f- -max_total_time=$(SECONDS) $(BUILD)/fuzz/corpus/$$f tests/fuzz/corpus/$$f \
-			</dev/null >$(BUILD)/fuzz/$$f.log 2>&1 || { tail -n 60 $(BUILD)/fuzz/$$f.log; exit 1; }; grep 'stat::' $(BUILD)/fuzz/$$f.log; done
-
-# What targets say of bad inputs is shown only if one fails.
-test-fuzz: $(addprefix $(BUILD)/replay/,$(FUZZ))
-	@set -e; for f in $(FUZZ); do $(BUILD)/replay/$$f tests/fuzz/corpus/$$f 2>$(BUILD)/replay/log || { tail -n 60 $(BUILD)/replay/log; exit 1; }; done
-
-test-c: test-fuzz
-
-# ---- fuzzing the C interface ----
-
-# Rust under the address sanitizer, with coverage, debug assertions and overflow checks; a call that returns what its documentation does
-# not name aborts. What is found, and what the corpus lacks, goes to build/fuzz.
-API_FUZZERS := $(patsubst tests/fuzz/%.c,%,$(wildcard tests/fuzz/api_*.c))
-FUZZ_TARGET := $(TARGET)/fuzz
-FUZZ_LIBRARY = $(FUZZ_TARGET)/$(TSAN_TRIPLE)/release/libvolgrad.a
-FUZZ_SECONDS ?= 60
-
-.PHONY: fuzz-api replay-api
-fuzz-api: $(BUILD)/documented.h
-	CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS=true CARGO_TARGET_DIR=$(FUZZ_TARGET) \
-	RUSTFLAGS="-Zsanitizer=address -Cdebug-assertions -Cdebuginfo=line-tables-only -Cpasses=sancov-module \
-		-Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
-		-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares" \
-		cargo +nightly rustc --release --lib --features $(FEATURES) --crate-type staticlib --target $(TSAN_TRIPLE)
-	@set -e; for f in $(API_FUZZERS); do mkdir -p $(BUILD)/fuzz/$$f; \
-		clang -std=c11 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -include $(BUILD)/documented.h tests/fuzz/$$f.c \
-			$(FUZZ_LIBRARY) -lpthread -ldl -lm -o $(BUILD)/fuzz/$$f/$$f; \
-		$(BUILD)/fuzz/$$f/$$f -max_total_time=$(FUZZ_SECONDS) -timeout=20 -max_len=1200 -len_control=0 -print_final_stats=1 \
-			-artifact_prefix=$(BUILD)/fuzz/$$f/ $(BUILD)/fuzz/$$f tests/fuzz/corpus/$$f; done
-
-# What was found interesting, again; with any compiler.
-replay-api: $(API_FUZZERS:%=$(BUILD)/tests/%)
-	@set -e; for f in $(API_FUZZERS); do $(BUILD)/tests/$$f tests/fuzz/corpus/$$f/*; done
-
-$(API_FUZZERS:%=$(BUILD)/tests/%): $(BUILD)/tests/%: tests/fuzz/%.c tests/fuzz/api.h $(BUILD)/documented.h $(LIBRARY) | $(BUILD)/tests
-	$(CC) -std=c11 $(SANITIZE) -DREPLAY -Iinclude -include $(BUILD)/documented.h $< $(LIBRARY) -lpthread -ldl -lm -o $@
+include tests/fuzz/fuzz.mk
 
 # ---- the long checks, the demo ----
 

@@ -462,19 +462,4 @@ static inline void check_film(arena *a, const volgrad_film *film, uint32_t width
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 /* Without a fuzzer: the inputs in the files that are named. */
-#ifdef REPLAY
-int main(int argc, char **argv) {
-    static uint8_t bytes[1 << 16];
-    for (int i = 1; i < argc; i++) {
-        FILE *file = fopen(argv[i], "rb");
-        MUST(file != NULL);
-        size_t size = fread(bytes, 1, sizeof bytes, file);
-        fclose(file);
-        LLVMFuzzerTestOneInput(bytes, size);
-    }
-    printf("%s: %d inputs\n", argv[0], argc - 1);
-    return argc < 2;
-}
-#endif
-
 #endif
