@@ -222,7 +222,9 @@ pub unsafe extern "C" fn volgrad_shift_path(
         if (capacity as usize) < made {
             return Err(VOLGRAD_ERROR_TOO_SMALL.into());
         }
-        unsafe { array_mut(splats, made) }?.copy_from_slice(&batch[..made]);
+        for (to, from) in unsafe { array_mut(splats, made) }?.iter_mut().zip(batch) {
+            *to = from;
+        }
         write(made as u32);
         Ok(())
     })())
@@ -275,7 +277,7 @@ unsafe fn shift_all(
     let (scene, options) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?) };
     let options = self::options(&options)?;
     let each = options.map_or(1, |options| options.count + 1);
-    if splats.len() / each < paths.len() {
+    if splats.len() < paths.len().saturating_mul(each) {
         return Err(VOLGRAD_ERROR_TOO_SMALL.into());
     }
     let asks = options.as_ref().is_some_and(|options| options.mode.has_queries() || options.has_views());
@@ -306,7 +308,7 @@ unsafe fn shift_all(
     Ok(result.count)
 }
 
-/// The tile that a pixel of the camera's crop is in, for calls of this seed: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
+/// The tile that a pixel of the camera's crop is in, for calls of this seed, in `bounds[4]`: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
 /// For options of `VOLGRAD_KERNEL_TILE`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_shift_tile(
@@ -319,14 +321,15 @@ pub unsafe extern "C" fn volgrad_shift_tile(
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract.
-        let (scene, options, bounds) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?, array_mut(bounds, 4)?) };
+        let (scene, options) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?) };
+        let write = unsafe { output(bounds.cast::<[u32; 4]>()) }?;
         let options = self::options(&options)?.filter(|options| options.kernel == Kernel::Tile);
         let side = options.ok_or(VOLGRAD_ERROR_KIND.at(c"shift.mode, shift.kernel", 0))?.tile_side();
         let [x0, y0, x1, y1] = scene.camera.crop;
         if !((x0..x1).contains(&x) && (y0..y1).contains(&y)) {
             return Err(VOLGRAD_ERROR_RANGE.at(c"x, y", 0));
         }
-        bounds.copy_from_slice(&Tiling::new(&scene.camera, side, tile_numbers(seed, 0)).tile(x, y));
+        write(Tiling::new(&scene.camera, side, tile_numbers(seed, 0)).tile(x, y));
         Ok(())
     })())
 }

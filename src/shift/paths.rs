@@ -95,21 +95,24 @@ impl Shiftable {
 impl Onwards {
     /// Adds the contributions of the same link.
     fn take_along(&mut self, new: &Self) -> bool {
-        let known = self.wings().iter().position(|(to_other, _)| new.wings().first().is_some_and(|(wing, _)| wing == to_other));
-        match (new.wings().first(), known) {
-            (None, _) => self.plain += new.plain,
-            (Some((_, rest)), Some(known)) => self.wings[known].1 += *rest,
-            (Some(_), None) if self.wing_count == self.wings.len() => return false,
-            (Some((to_other, rest)), None) => self.add_wing(*to_other, *rest),
+        let Some((to_other, rest)) = new.wings().first() else {
+            self.plain += new.plain;
+            return true;
+        };
+        let count = self.wing_count;
+        if let Some((_, sum)) = self.wings.iter_mut().take(count).find(|(known, _)| known == to_other) {
+            *sum += *rest;
+            return true;
         }
-        true
+        self.add_wing(*to_other, *rest);
+        self.wing_count > count
     }
 
     /// The same as a link of its own, if it carries only one contribution.
     fn as_exit(&self) -> Option<Exit> {
         let (wing, rest) = match self.wings() {
             [] => (None, self.plain),
-            [(to_other, rest)] => (Some((self.phase, *to_other)), *rest),
+            [(to_other, rest)] if self.plain == Colour::ZERO => (Some((self.phase, *to_other)), *rest),
             _ => return None,
         };
         Some(Exit { from: self.from, link: self.link, wing, rest })
