@@ -1278,7 +1278,7 @@ volgrad_status volgrad_shift_paths(const struct volgrad_scene *scene,
                                    uint32_t capacity,
                                    uint32_t *count);
 
-// The tile that a pixel of the camera's crop is in, for calls of this seed: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
+// The tile that a pixel of the camera's crop is in, for calls of this seed, in `bounds[4]`: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
 // For options of `VOLGRAD_KERNEL_TILE`.
 volgrad_status volgrad_shift_tile(const struct volgrad_scene *scene,
                                   const struct volgrad_shift_options *options,
