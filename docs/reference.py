@@ -101,6 +101,13 @@ BY_TYPE = [
     (r"volgrad_exr_layout \*|const char \*", ["INTERNAL"]),  # a bug in the OpenEXR library stops there
 ]
 
+# Where derivatives are needed, of which the host may have none for what it computes itself.
+NO_GRADIENT = {
+    "volgrad_path_log_gradient", "volgrad_path_run_log_gradient", "volgrad_path_run_log_derivative", "volgrad_shift_path",
+    "volgrad_shift_paths", "volgrad_path_sampler_run", "volgrad_bidirectional_run", "volgrad_bidirectional_run_technique",
+    "volgrad_chain_init", "volgrad_chain_run", "volgrad_chain_flush", "volgrad_chain_peek",
+}
+
 # Those of the above that a function does not look for.
 NEVER = {"volgrad_scene_size": {"KIND", "NOT_FINITE", "INDEX"}}
 
@@ -129,6 +136,8 @@ class Function:
             for pattern, errors in BY_TYPE:
                 if re.search(f"(?:{pattern})$", kind):
                     found |= set(errors)
+        if self.name in NO_GRADIENT:
+            found.add("NO_GRADIENT")
         if "memory" in names or "capacity" in names:
             found.add("TOO_SMALL")
         if "film" in names and ("scene" in names or "chain" in names) or "into" in names:

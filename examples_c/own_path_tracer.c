@@ -427,11 +427,11 @@ static void compare(const result *plain, const result *shifted)
 int main(int argc, char **argv)
 {
     double seconds = argc > 1 ? atof(argv[1]) : 10;
-    uint32_t side = argc > 2 ? (uint32_t)atoi(argv[2]) : 3;
+    uint32_t side = argc > 2 ? (uint32_t)atoi(argv[2]) : 5;
     static float reference[3 * SIZE * SIZE], noise[3 * SIZE * SIZE];
     static result plain, shifted;
     load_smoke("scenes/smoke.vol", argc > 3 ? atof(argv[3]) : 1);
-    shifted_edges = argc > 4 ? (uint32_t)atoi(argv[4]) : 3;
+    shifted_edges = argc > 4 ? (uint32_t)atoi(argv[4]) : MAX_EDGES;
     check(volgrad_exr_read("scenes/reference/smoke.exr", reference, 3 * SIZE * SIZE));
     check(volgrad_exr_read("scenes/reference/smoke_stderr.exr", noise, 3 * SIZE * SIZE));
     volgrad_camera camera = look((vec){0, 1.7, 7.6}, (vec){0, 1.95, 0});

@@ -1509,7 +1509,7 @@ volgrad_status volgrad_shift_paths(const struct volgrad_scene *scene,
                                    uint32_t capacity,
                                    uint32_t *count);
 
-// The tile that a pixel of the camera's crop is in, for calls of this seed: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
+// The tile that a pixel of the camera's crop is in, for calls of this seed, in `bounds[4]`: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
 // For options of `VOLGRAD_KERNEL_TILE`: `VOLGRAD_ERROR_KIND` with others. `VOLGRAD_ERROR_RANGE`: the pixel is outside the crop.
 // Costs a constant time.
 volgrad_status volgrad_shift_tile(const struct volgrad_scene *scene,

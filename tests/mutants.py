@@ -30,8 +30,8 @@ MUTANTS = [
     Mutant(
         "contributions that share a link and a wing: only the first counts",
         "src/shift/paths.rs",
-        "self.wings[known].1 += *rest,",
-        "{ let _ = (known, rest); }",
+        "*sum += *rest;",
+        "let _ = (sum, rest);",
         "host_sampler paths_that_begin_alike",
     ),
     Mutant(

@@ -224,7 +224,9 @@ pub unsafe extern "C" fn volgrad_shift_path(
         if (capacity as usize) < made {
             return Err(VOLGRAD_ERROR_TOO_SMALL.into());
         }
-        unsafe { array_mut(splats, made) }?.iter_mut().zip(batch).for_each(|(to, splat)| *to = splat);
+        for (to, from) in unsafe { array_mut(splats, made) }?.iter_mut().zip(batch) {
+            *to = from;
+        }
         write(made as u32);
         Ok(())
     })())
@@ -278,7 +280,7 @@ unsafe fn shift_all(
     let (scene, options) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?) };
     let options = self::options(&options)?;
     let each = options.map_or(1, |options| options.count + 1);
-    if paths.len().checked_mul(each).is_none_or(|most| splats.len() < most) {
+    if splats.len() < paths.len().saturating_mul(each) {
         return Err(VOLGRAD_ERROR_TOO_SMALL.into());
     }
     let asks = options.as_ref().is_some_and(|options| options.mode.has_queries() || options.has_views());
@@ -309,7 +311,7 @@ unsafe fn shift_all(
     Ok(result.count)
 }
 
-/// The tile that a pixel of the camera's crop is in, for calls of this seed: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
+/// The tile that a pixel of the camera's crop is in, for calls of this seed, in `bounds[4]`: pixels bounds[0] <= x < bounds[2], bounds[1] <= y < bounds[3].
 /// For options of `VOLGRAD_KERNEL_TILE`: `VOLGRAD_ERROR_KIND` with others. `VOLGRAD_ERROR_RANGE`: the pixel is outside the crop.
 /// Costs a constant time.
 #[unsafe(no_mangle)]
@@ -323,15 +325,15 @@ pub unsafe extern "C" fn volgrad_shift_tile(
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract.
-        let (scene, options, bounds) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?, array_mut(bounds, 4)?) };
+        let (scene, options) = unsafe { (self::scene(scene)?, sized_over(options, DEFAULTS)?) };
+        let write = unsafe { output(bounds.cast::<[u32; 4]>()) }?;
         let options = self::options(&options)?.filter(|options| options.kernel == Kernel::Tile);
         let side = options.ok_or(VOLGRAD_ERROR_KIND.at(c"shift.mode, shift.kernel", 0))?.tile_side();
         let [x0, y0, x1, y1] = scene.camera.crop;
         if !((x0..x1).contains(&x) && (y0..y1).contains(&y)) {
             return Err(VOLGRAD_ERROR_RANGE.at(c"x, y", 0));
         }
-        let tile = Tiling::new(&scene.camera, side, tile_numbers(seed, 0)).tile(x, y);
-        bounds.iter_mut().zip(tile).for_each(|(to, bound)| *to = bound);
+        write(Tiling::new(&scene.camera, side, tile_numbers(seed, 0)).tile(x, y));
         Ok(())
     })())
 }

@@ -99,20 +99,20 @@ impl Onwards {
             self.plain += new.plain;
             return true;
         };
-        let full = self.wing_count == self.wings.len();
-        match self.wings.iter_mut().take(self.wing_count).find(|(wing, _)| wing == to_other) {
-            Some((_, sum)) => *sum += *rest,
-            None if full => return false,
-            None => self.add_wing(*to_other, *rest),
+        let count = self.wing_count;
+        if let Some((_, sum)) = self.wings.iter_mut().take(count).find(|(known, _)| known == to_other) {
+            *sum += *rest;
+            return true;
         }
-        true
+        self.add_wing(*to_other, *rest);
+        self.wing_count > count
     }
 
     /// The same as a link of its own, if it carries only one contribution.
     fn as_exit(&self) -> Option<Exit> {
         let (wing, rest) = match self.wings() {
             [] => (None, self.plain),
-            [(to_other, rest)] => (Some((self.phase, *to_other)), *rest),
+            [(to_other, rest)] if self.plain == Colour::ZERO => (Some((self.phase, *to_other)), *rest),
             _ => return None,
         };
         Some(Exit { from: self.from, link: self.link, wing, rest })

@@ -8,5 +8,5 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 ${CC:-cc} -std=c11 -O2 -Wall -Wextra -Wpedantic -Wno-missing-field-initializers -Werror -Iinclude examples_c/own_path_tracer.c \
     "${LIBRARY:-build/libvolgrad.a}" -lm -lpthread -ldl -lgcc_s -o "$work/own_path_tracer"
-"$work/own_path_tracer" 4 | tee "$work/said"
+"$work/own_path_tracer" 4 3 1 3 | tee "$work/said"
 awk '/^shifts change/ { found = 1; bad = !($9 < 1.8 && $13 < 5 && $17 >= 10) } END { exit !found || bad }' "$work/said"

@@ -53,7 +53,7 @@ fn look(room: &mut Room, change: Change, technique: Technique, to: &mut [Vertex]
         return PathPeek { technique, target: 0.0, pixel: DVec2::ZERO, vertex_count: 0 };
     };
     let (camera, light) = (camera.get(change.camera).vertices(), light.get(change.light).vertices());
-    let last = camera.len() + light.len() - 1;
+    let last = (camera.len() + light.len()).saturating_sub(1);
     let mut vertex_count = 0;
     for (i, (vertex, to)) in camera.iter().chain(light.iter().rev()).zip(to).enumerate() {
         *to = of_path(vertex, i == last);
