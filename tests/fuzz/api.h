@@ -245,7 +245,7 @@ static inline void decode_material(input *in, volgrad_material *m) {
     m->roughness = hostile(in) ? number(in, 0, 1) : roughnesses[pick(in, 4)];
     m->conductor_eta = colour(in, 0, 3);
     m->conductor_k = colour(in, 0, 4);
-    if (hostile(in)) m->custom = m;
+    if (hostile(in)) m->custom = (const void *)m;
 }
 
 static inline void decode_light(input *in, arena *a, volgrad_light *l, uint32_t media_count) {
@@ -270,7 +270,7 @@ static inline void decode_light(input *in, arena *a, volgrad_light *l, uint32_t 
         l->image = hostile(in) ? NULL : image;
         if (hostile(in)) l->image_height = pick(in, 2);
     }
-    if (hostile(in)) l->custom = l;
+    if (hostile(in)) l->custom = (const void *)l;
 }
 
 static inline void decode_ball(input *in, const volgrad_scene_desc *d, ball *b) {
