@@ -37,6 +37,6 @@ pub fn block_corners(density: &[f32], block: u32, [x, y, z]: [usize; 3]) -> Corn
     let near = density.get(first..).and_then(|rest| rest.first_chunk::<{ PLANE + BLOCK_SIDE + 2 }>());
     near.map_or(Corners::default(), |near| {
         let pair = |at: usize| [near[at], near[at + 1]];
-        Corners([[pair(0), pair(BLOCK_SIDE)], [pair(PLANE), pair(PLANE + BLOCK_SIDE)]])
+        [pair(0), pair(BLOCK_SIDE), pair(PLANE), pair(PLANE + BLOCK_SIDE)]
     })
 }

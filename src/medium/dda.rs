@@ -2,7 +2,7 @@
 //! Source: J. Amanatides, A. Woo, *A Fast Voxel Traversal Algorithm for Ray Tracing*, Eurographics 1987. Without its branches: which
 //! wall comes next is as good as random, so that a processor would guess wrong at every second cell.
 
-use crate::math::{DVec3, DVec4};
+use crate::math::{DVec2, DVec3, DVec4};
 
 /// A line in lattice coordinates, `origin + t·direction`, and what a walk along it needs.
 #[derive(Clone, Copy)]
@@ -67,6 +67,19 @@ impl Lattice {
     pub fn new(side: i32, counts: [i32; 3], first: f64, strides: DVec3) -> Self {
         Self { side: side.into(), counts, strides: strides.extend(INTEGER_IN_LOW_BITS + first) }
     }
+
+    /// The numbers of two cells, for [`index`].
+    #[inline(always)]
+    pub fn numbers(&self, [x, y, z]: [DVec2; 3]) -> DVec2 {
+        let s = self.strides;
+        x * s.x + y * s.y + (z * s.z + s.w)
+    }
+}
+
+/// A cell's number as an index. One that is negative becomes larger than all others.
+#[inline(always)]
+pub fn index(number: f64) -> usize {
+    number.to_bits() as u32 as usize
 }
 
 /// A walk from cell to cell, from a point where the line is in the lattice to one half a cell before the lattice ends.
@@ -106,11 +119,10 @@ impl Dda {
         }
     }
 
-    /// The number of the cell. One that is negative becomes larger than all others.
     #[inline(always)]
     pub fn index(&self) -> usize {
         let product = self.cell * self.strides;
-        ((product.x + product.z) + (product.y + product.w)).to_bits() as u32 as usize
+        index((product.x + product.z) + (product.y + product.w))
     }
 
     /// Through the cell, or to the end.

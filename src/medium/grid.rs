@@ -2,11 +2,11 @@
 //! Source: ARCHITECTURE.md, "Line integrals".
 
 use super::bricks::{Brick, brick_counts};
-use super::cell::{Corners, Points};
+use super::cell::Expansion;
 use super::dda::LatticeLine;
 use super::walk::{Inside, MomentsUntil, Samples, Until};
 use super::{Extent, Inversion, Moments, Stretch};
-use crate::math::{DAffine3, DMat3, DVec3};
+use crate::math::{DAffine3, DMat3, DVec2, DVec3};
 use core::ops::ControlFlow;
 
 /// Samples at cell centres of a box, trilinear between them, constant in the outermost half cells, 0 outside the box.
@@ -88,9 +88,8 @@ impl<'a> Grid<'a> {
         if !self.holds(p) {
             return DVec3::ZERO;
         }
-        let (corners, point) = self.around(p);
-        let (_, gradient) = corners.value_and_gradient(point);
-        self.gradient_to_world * DVec3::from_array(gradient.map(|g| g.x))
+        let e = self.expand(p);
+        self.gradient_to_world * DVec3::new(e.x.x, e.y.x, e.z.x)
     }
 
     pub fn integral(&self, stretch: &Stretch) -> f64 {
@@ -178,14 +177,15 @@ impl<'a> Grid<'a> {
 
     /// ρ at a point inside the box, or on a face of it.
     fn value_at(&self, p: DVec3) -> f64 {
-        let (corners, point) = self.around(p);
-        corners.value(point).x
+        self.expand(p).value.x
     }
 
-    /// The corners of the cell around a point inside the box, and the point seen from that cell.
-    fn around(&self, p: DVec3) -> (Corners, Points) {
+    /// ρ around a point inside the box, in lattice coordinates.
+    #[inline(always)]
+    fn expand(&self, p: DVec3) -> Expansion {
         let cell: [i32; 3] = core::array::from_fn(|axis| (cell_of(p)[axis] as i32).min(self.samples.size[axis]));
-        (self.samples.corners(cell), Points::both(p - DVec3::from_array(cell.map(f64::from))))
+        let point = p - DVec3::from_array(cell.map(f64::from));
+        Expansion::new(&self.samples.corners(cell).map(|pair| [pair; 2]), point.to_array().map(DVec2::splat))
     }
 
     /// The faces of the box in lattice coordinates.

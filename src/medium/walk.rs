@@ -3,9 +3,9 @@
 use super::Moments;
 use super::blocks::block_corners;
 use super::bricks::{BRICK_SIDE, Brick, brick_counts};
-use super::cell::{Chord, Corners, TwinLine};
-use super::dda::{Dda, Lattice, LatticeLine};
-use crate::math::DVec3;
+use super::cell::{Chords, Corners};
+use super::dda::{Dda, Lattice, LatticeLine, index};
+use crate::math::{DVec2, DVec3};
 use core::ops::ControlFlow;
 
 /// The samples of a grid, and their bricks or none.
@@ -33,11 +33,12 @@ pub struct Inside {
 /// What is added up on the way. Break(t) ends it.
 pub trait Visitor {
     fn constant(&mut self, density: f64, start: f64, end: f64) -> ControlFlow<f64>;
-    fn cell(&mut self, line: &TwinLine, chord: &Chord) -> ControlFlow<f64>;
+    fn cells(&mut self, line: &LatticeLine, chords: &Chords) -> ControlFlow<f64>;
 }
 
-/// Cells that are looked up together.
-const BATCH: usize = 16;
+/// Cells that are traced, looked up and integrated together. The first two wait, for the step before and for memory, the last are long
+/// sums; one after the other, each keeps the processor busy with many cells at once.
+type Batch = [Chords; 8];
 
 /// Bricks that are walked in one go. Not all that there are: the way may end in the first of them.
 const BRICKS_IN_A_ROW: usize = 4;
@@ -62,7 +63,6 @@ impl<'a> Samples<'a> {
     #[inline(always)]
     pub fn walk(&self, line: &LatticeLine, inside: &Inside, visitor: &mut impl Visitor) -> ControlFlow<f64> {
         let core = self.core(line, inside);
-        let twin = TwinLine::new(line);
         // Made when the first cell comes: many lines pass empty bricks only.
         let mut batch = None;
         let mut bricks = Dda::new(line, &self.brick_lattice, inside.start, inside.end);
@@ -85,10 +85,10 @@ impl<'a> Samples<'a> {
                 }
             }
             let cells = cells.get_or_insert_with(|| Dda::new(line, &self.cell_lattice, done, inside.end));
-            let batch = batch.get_or_insert([Chord::default(); BATCH]);
+            let batch = batch.get_or_insert(Batch::default());
             while cells.t < bricks.t {
-                for chord in self.gather(&core, cells, bricks.t, batch) {
-                    visitor.cell(&twin, chord)?;
+                for chords in self.look_up(&core, trace(cells, bricks.t, batch)) {
+                    visitor.cells(line, chords)?;
                 }
             }
             done = cells.t;
@@ -141,32 +141,26 @@ impl<'a> Samples<'a> {
         (brick.min == brick.max).then(|| brick.min.into())
     }
 
-    /// The cells that `cells` passes until `until`, as many as fit in `chords`. Here every step depends on the one before it, and on
-    /// memory; what is done with the chords are long sums that do not. Apart, both keep the processor busy.
+    /// Fills in the corners. The second loop waits for nothing but memory, which is so asked for many of them at a time.
     #[inline(never)]
-    fn gather<'c>(&self, core: &Inside, cells: &mut Dda, until: f64, chords: &'c mut [Chord; BATCH]) -> &'c [Chord] {
-        let mut dda = *cells;
-        let mut count = 0;
-        for chord in chords.iter_mut() {
-            if !(dda.t < until) {
-                break;
-            }
-            let (cell, index) = (dda.cell, dda.index());
-            chord.start = dda.t;
-            dda.advance();
-            chord.end = dda.t;
-            (chord.x, chord.y, chord.z) = (cell.x, cell.y, cell.z);
-            if chord.start >= core.start && chord.end <= core.end {
-                self.read_inner_corners(index, &mut chord.corners);
-            } else if self.blocks.is_empty() {
-                chord.corners = self.corners([cell.x as i32, cell.y as i32, cell.z as i32]);
-            } else {
-                chord.corners = self.corners_in_block([cell.x as u32, cell.y as u32, cell.z as u32]);
-            }
-            count += 1;
+    fn look_up<'c>(&self, core: &Inside, batch: &'c mut [Chords]) -> &'c [Chords] {
+        for chords in batch.iter_mut() {
+            chords.numbers = self.cell_lattice.numbers(chords.cells);
         }
-        *cells = dda;
-        chords.get(..count).unwrap_or(&[])
+        for chords in batch.iter_mut() {
+            let [x, y, z] = chords.cells;
+            let [a, b] = if chords.start.x >= core.start && chords.end.y <= core.end {
+                chords.numbers.to_array().map(|number| self.inner_corners(index(number)))
+            } else if self.blocks.is_empty() {
+                [0, 1].map(|i| self.corners([x[i] as i32, y[i] as i32, z[i] as i32]))
+            } else {
+                [0, 1].map(|i| self.corners_in_block([x[i] as u32, y[i] as u32, z[i] as u32]))
+            };
+            for (i, pairs) in chords.corners.iter_mut().enumerate() {
+                *pairs = [a[i], b[i]];
+            }
+        }
+        batch
     }
 
     /// The part of a line where all samples are x fastest and no cell reaches beyond the outermost ones.
@@ -201,7 +195,7 @@ impl<'a> Samples<'a> {
         let [nx, ny, _] = self.size.map(|n| n as usize);
         let sample = |x: usize, y: usize, z: usize| self.density.get((z * ny + y) * nx + x).copied().unwrap_or(0.0);
         let pair = |y: usize, z: usize| [sample(below(0), y, z), sample(above(0), y, z)];
-        Corners([[pair(below(1), below(2)), pair(above(1), below(2))], [pair(below(1), above(2)), pair(above(1), above(2))]])
+        [pair(below(1), below(2)), pair(above(1), below(2)), pair(below(1), above(2)), pair(above(1), above(2))]
     }
 
     /// The same from the blocks, where samples outside the box are those of its border.
@@ -218,20 +212,41 @@ impl<'a> Samples<'a> {
 
     /// The same for a cell whose samples are all there, the first of them at `index`.
     #[inline(always)]
-    fn read_inner_corners(&self, index: usize, corners: &mut Corners) {
+    fn inner_corners(&self, index: usize) -> Corners {
         // As u32: the compiler then knows that no sum overflows, and from the one comparison that all pairs are there.
         let (row, plane) = (self.size[0] as u32 as usize, (self.size[0] * self.size[1]) as u32 as usize);
         if index + row + plane + 2 > self.density.len() {
-            *corners = Corners::default();
-            return;
+            return Corners::default();
         }
-        let [[p00, p01], [p10, p11]] = &mut corners.0;
-        for (pair, first) in [(p00, index), (p01, index + row), (p10, index + plane), (p11, index + row + plane)] {
-            if let Some([a, b]) = self.density.get(first..first + 2) {
-                *pair = [*a, *b];
-            }
-        }
+        let pair = |first: usize| match self.density.get(first..first + 2) {
+            Some([a, b]) => [*a, *b],
+            _ => [0.0; 2],
+        };
+        [pair(index), pair(index + row), pair(index + plane), pair(index + row + plane)]
     }
+}
+
+/// The cells that a walk passes until `until`, as many as fit in the batch. An odd one is followed by a chord of no length.
+#[inline(never)]
+fn trace<'c>(cells: &mut Dda, until: f64, batch: &'c mut Batch) -> &'c mut [Chords] {
+    let mut dda = *cells;
+    let mut count = 0;
+    for chords in batch.iter_mut() {
+        if !(dda.t < until) {
+            break;
+        }
+        for i in 0..2 {
+            chords.start[i] = dda.t;
+            if dda.t < until {
+                (chords.cells[0][i], chords.cells[1][i], chords.cells[2][i]) = (dda.cell.x, dda.cell.y, dda.cell.z);
+                dda.advance();
+            }
+            chords.end[i] = dda.t;
+        }
+        count += 1;
+    }
+    *cells = dda;
+    batch.get_mut(..count).unwrap_or(&mut [])
 }
 
 /// ∫ ρ dt until it is `target`.
@@ -251,12 +266,18 @@ impl Visitor for Until {
     }
 
     #[inline(always)]
-    fn cell(&mut self, line: &TwinLine, chord: &Chord) -> ControlFlow<f64> {
-        let here = chord.integral(line, chord.end);
-        if here > 0.0 && self.total + here >= self.target {
-            return ControlFlow::Break(chord.solve(line, self.target - self.total, here));
+    fn cells(&mut self, line: &LatticeLine, chords: &Chords) -> ControlFlow<f64> {
+        let parts = chords.integrals(line);
+        if !(self.total + parts.element_sum() >= self.target) {
+            self.total += parts.element_sum();
+            return ControlFlow::Continue(());
         }
-        self.total += here;
+        for (i, here) in parts.to_array().into_iter().enumerate() {
+            if here > 0.0 && self.total + here >= self.target {
+                return ControlFlow::Break(chords.solve(i, line, self.target - self.total, here));
+            }
+            self.total += here;
+        }
         ControlFlow::Continue(())
     }
 }
@@ -285,12 +306,15 @@ impl Visitor for MomentsUntil {
     }
 
     #[inline(always)]
-    fn cell(&mut self, line: &TwinLine, chord: &Chord) -> ControlFlow<f64> {
-        let whole = chord.moments(line, chord.end);
-        if whole.integral > 0.0 && self.sum.integral + whole.integral >= self.target {
-            let t = chord.solve(line, self.target - self.sum.integral, whole.integral);
-            self.add(&chord.moments(line, t));
-            return ControlFlow::Break(t);
+    fn cells(&mut self, line: &LatticeLine, chords: &Chords) -> ControlFlow<f64> {
+        let whole = chords.moments(line, chords.end);
+        if self.sum.integral + whole.integral >= self.target {
+            let mut until = Until { total: self.sum.integral, target: self.target };
+            if let ControlFlow::Break(t) = until.cells(line, chords) {
+                // What lies beyond t has no length.
+                self.add(&chords.moments(line, DVec2::splat(t).clamp(chords.start, chords.end)));
+                return ControlFlow::Break(t);
+            }
         }
         self.add(&whole);
         ControlFlow::Continue(())
