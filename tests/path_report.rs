@@ -21,28 +21,16 @@ fn number(x: f64) -> String {
 
 #[test]
 fn numbers_read_as_they_are() {
-    let cases = [(0.0, "0"), (1.0, "1"), (-2.5, "-2.5"), (0.1, "0.1"), (1234567.0, "1234567"), (0.001234, "0.001234")];
-    let more = [
-        (100.0, "100"),
-        (12345678.0, "1.234568e+7"),
-        (9.9999999e-5, "0.0001"),
-        (1.5e-300, "1.5e-300"),
-        (5e-324, "4.940656e-324"),
-    ];
-    let odd = [
-        (f64::NAN, "nan"),
-        (f64::INFINITY, "inf"),
-        (f64::NEG_INFINITY, "-inf"),
-        (f64::MAX, "1.797693e+308"),
-        (0.99999999, "1"),
-    ];
-    for (x, expected) in cases.into_iter().chain(more).chain(odd) {
+    let cases = [(0.0, "0.0"), (1.0, "1.0"), (-2.5, "-2.5"), (f64::from(0.1_f32), "0.1"), (1e20, "1e20"), (0.001234, "0.001234")];
+    let beyond_single = [(1.5e-300, "1.5e-300"), (5e-324, "5e-324"), (f64::MAX, "1.7976931348623157e308")];
+    let odd = [(f64::NAN, "NaN"), (f64::INFINITY, "inf"), (f64::NEG_INFINITY, "-inf")];
+    for (x, expected) in cases.into_iter().chain(beyond_single).chain(odd) {
         assert_eq!(number(x), expected);
     }
     for i in 0..4000 {
         let x = libm::pow(10.0, f64::from(i) / 7.0 - 280.0);
         let read: f64 = number(x).parse().unwrap();
-        assert!((read / x - 1.0).abs() < 6e-7, "{x} is written as {}", number(x));
+        assert!((read / x - 1.0).abs() < 1.2e-7, "{x} is written as {}", number(x));
     }
     let mut four = [b'#'; 4];
     let mut text = Text::new(&mut four);

@@ -29,8 +29,11 @@ static const char *media(recorder *r, const volgrad_scene_desc *desc)
 {
     for (uint32_t i = 0; i < desc->media_count; ++i) {
         volgrad_medium medium = desc->media[i];
-        if (medium.kind == VOLGRAD_MEDIUM_CUSTOM || medium.custom != NULL) {
-            return "a medium whose density the host computes cannot be recorded";
+        if (medium.kind == VOLGRAD_MEDIUM_SPARSE_GRID) {
+            return "a sparse grid cannot be recorded";
+        }
+        if (medium.kind == VOLGRAD_MEDIUM_CUSTOM || medium.phase.kind == VOLGRAD_PHASE_CUSTOM) {
+            return "a medium whose density or phase function the host computes cannot be recorded";
         }
         if (medium.density != NULL) {
             chunk(r, "GRID", i, medium.density, sizeof(float) * medium.nx * medium.ny * medium.nz);
