@@ -275,7 +275,7 @@ static void test_report(void) {
     FILL(all);
     CHECK_STATUS(volgrad_path_report(scene, &path, all, sizeof all, &again), VOLGRAD_OK);
     CHECK(again == length && strlen(all) == length && (unsigned char)all[length + 1] == 0xA5);
-    CHECK(strstr(all, "vertex 1: medium 0 at 0 0 3\n") != NULL && strstr(all, "not valid") == NULL);
+    CHECK(strstr(all, "vertex 1: medium 0 at 0.0 0.0 3.0\n") != NULL && strstr(all, "not valid") == NULL);
     for (size_t capacity = 1; capacity <= sizeof some; capacity++) {
         FILL(some);
         CHECK_STATUS(volgrad_path_report(scene, &path, some, capacity, &again), VOLGRAD_OK);
