@@ -259,46 +259,180 @@ host_of<typename std::decay<Intersect>::type, typename std::decay<Occluded>::typ
     return {std::forward<Intersect>(f), std::forward<Occluded>(g)};
 }
 
-/* A density that two functions compute, for volgrad_medium.custom; must stay where it is as long as the scene. `density` gets
- * (span<const volgrad_vec3>, span<float>), `gradient` (span<const volgrad_vec3>, span<volgrad_vec3>). What they throw ends there: the
- * points become NaN, which counts as 0 and in scene::dropped_densities. Called by all threads that use the scene. */
-template <class Density, class Gradient> class custom_density {
-  public:
-    custom_density(Density density, Gradient gradient, float step, float majorant)
-        : c_(sized<volgrad_custom_density>()), density_(std::move(density)), gradient_(std::move(gradient)) {
-        c_.user = this, c_.step = step, c_.majorant = majorant;
-        c_.density = [](void *user, const volgrad_vec3 *points, float *values, std::uint32_t count) {
-            guarded(static_cast<custom_density *>(user)->density_, points, values, count, not_a_number());
-        };
-        c_.gradient = [](void *user, const volgrad_vec3 *points, volgrad_vec3 *values, std::uint32_t count) {
-            const volgrad_vec3 none = {not_a_number(), not_a_number(), not_a_number()};
-            guarded(static_cast<custom_density *>(user)->gradient_, points, values, count, none);
-        };
+/* ---- what a host computes itself ---- */
+
+namespace detail {
+
+inline float no_number() { return std::numeric_limits<float>::quiet_NaN(); }
+inline volgrad_vec3 no_vector() { return {no_number(), no_number(), no_number()}; }
+inline volgrad_rgb no_colour() { return {no_number(), no_number(), no_number()}; }
+
+/* f(), or if that throws, fail(), for what the library counts as no value. */
+template <class F, class Fail> auto guarded(F f, Fail fail) noexcept -> decltype(f()) {
+#ifndef VOLGRAD_NO_EXCEPTIONS
+    try {
+        return f();
+    } catch (...) {
+        return fail();
     }
-    custom_density(const custom_density &) = delete;
-    custom_density &operator=(const custom_density &) = delete;
-    const volgrad_custom_density *get() const noexcept { return &c_; }
+#else
+    (void)fail;
+    return f();
+#endif
+}
+
+/* A table of C's, whose `user` is an object. */
+template <class Table, class Object> class table_of {
+  public:
+    explicit table_of(Object object) : c_(sized<Table>()), object_(std::move(object)) { c_.user = &object_; }
+    table_of(const table_of &) = delete;
+    table_of &operator=(const table_of &) = delete;
+    const Table *get() const noexcept { return &c_; }
+
+  protected:
+    Table c_;
+    Object object_;
+};
+
+} // namespace detail
+
+/* The next four compute what C asks callbacks for with the functions of an object, which they keep: get() is for the scene's description,
+ * and they must stay where they are as long as the scene. All threads that use the scene call the object's functions, which are const.
+ * What they throw ends there: the value becomes NaN, which scene::dropped_densities and dropped_values count. Of set_...<Object>(table, 0) the
+ * better fit is taken, which is there if the object has the function. */
+
+/* A density, for volgrad_medium.custom. The object has
+ *     void density(volgrad::span<const volgrad_vec3> points, volgrad::span<float> densities)
+ *     void gradient(volgrad::span<const volgrad_vec3> points, volgrad::span<volgrad_vec3> gradients)
+ * and, if it can,
+ *     void integrals(const volgrad_stretch &, bool gradients, volgrad_density_integrals &) */
+template <class Density> class custom_density : public detail::table_of<volgrad_custom_density, Density> {
+  public:
+    custom_density(Density object, float step, float majorant) : detail::table_of<volgrad_custom_density, Density>(std::move(object)) {
+        volgrad_custom_density &c = this->c_;
+        c.step = step, c.majorant = majorant;
+        c.density = [](void *user, const volgrad_vec3 *points, float *values, std::uint32_t count) {
+            const span<float> what(values, count);
+            detail::guarded([&] { at(user).density(span<const volgrad_vec3>(points, count), what); },
+                            [&] { for (float &value : what) value = detail::no_number(); });
+        };
+        c.gradient = [](void *user, const volgrad_vec3 *points, volgrad_vec3 *values, std::uint32_t count) {
+            const span<volgrad_vec3> what(values, count);
+            detail::guarded([&] { at(user).gradient(span<const volgrad_vec3>(points, count), what); },
+                            [&] { for (volgrad_vec3 &value : what) value = detail::no_vector(); });
+        };
+        set_integrals<Density>(c, 0);
+    }
 
   private:
-    static float not_a_number() { return std::numeric_limits<float>::quiet_NaN(); }
-    template <class F, class T>
-    static void guarded(const F &f, const volgrad_vec3 *points, T *values, std::uint32_t count, T none) noexcept {
-        const span<const volgrad_vec3> where(points, count);
-        const span<T> what(values, count);
-#ifndef VOLGRAD_NO_EXCEPTIONS
-        try {
-            f(where, what);
-        } catch (...) {
-            for (T &value : what) value = none;
-        }
-#else
-        (void)none;
-        f(where, what);
-#endif
+    static const Density &at(const void *user) { return *static_cast<const Density *>(user); }
+    template <class T> static void set_integrals(volgrad_custom_density &, ...) {}
+    template <class T> static auto set_integrals(volgrad_custom_density &c, int) -> decltype(void(&T::integrals)) {
+        c.integrals = [](void *user, const volgrad_stretch *stretch, std::int32_t gradients, volgrad_density_integrals *sums) {
+            detail::guarded([&] { at(user).integrals(*stretch, gradients != 0, *sums); }, [&] { sums->density = detail::no_number(); });
+        };
     }
-    volgrad_custom_density c_;
-    Density density_;
-    Gradient gradient_;
+};
+
+/* A BSDF, for volgrad_material.custom; `flags` are C's. The object has
+ *     volgrad_rgb eval(volgrad_vec3 to_camera, volgrad_vec3 to_light)
+ *     float pdf(volgrad_vec3 to_camera, volgrad_vec3 to_light)
+ *     bool sample(volgrad_vec3 to_camera, const double *u, volgrad_vec3 &to_light, float &eta_squared)
+ * and, if it can,
+ *     void log_gradient(volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_vec3 *by_camera, volgrad_vec3 *by_light) */
+template <class Bsdf> class custom_bsdf : public detail::table_of<volgrad_custom_bsdf, Bsdf> {
+  public:
+    explicit custom_bsdf(Bsdf object, std::uint32_t flags = 0) : detail::table_of<volgrad_custom_bsdf, Bsdf>(std::move(object)) {
+        volgrad_custom_bsdf &c = this->c_;
+        c.flags = flags;
+        c.eval = [](void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_rgb *value) {
+            *value = detail::guarded([&] { return at(user).eval(to_camera, to_light); }, detail::no_colour);
+        };
+        c.pdf = [](void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light) -> float {
+            return detail::guarded([&] { return at(user).pdf(to_camera, to_light); }, detail::no_number);
+        };
+        c.sample = [](void *user, volgrad_vec3 to_camera, const double *u, volgrad_vec3 *to_light, float *eta_squared) -> std::int32_t {
+            return detail::guarded([&] { return bool(at(user).sample(to_camera, u, *to_light, *eta_squared)); },
+                                   [&] { return *to_light = detail::no_vector(), true; });
+        };
+        set_gradient<Bsdf>(c, 0);
+    }
+
+  private:
+    static const Bsdf &at(const void *user) { return *static_cast<const Bsdf *>(user); }
+    template <class T> static void set_gradient(volgrad_custom_bsdf &, ...) {}
+    template <class T> static auto set_gradient(volgrad_custom_bsdf &c, int) -> decltype(void(&T::log_gradient)) {
+        c.log_gradient = [](void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_vec3 *by_camera, volgrad_vec3 *by_light) {
+            detail::guarded([&] { at(user).log_gradient(to_camera, to_light, by_camera, by_light); },
+                            [&] { by_camera[0] = detail::no_vector(); });
+        };
+    }
+};
+
+/* A phase function, for volgrad_scene_desc.phases. The object has
+ *     double eval(double mu)
+ *     double sample(double u)
+ * and, if it can,
+ *     double log_derivative(double mu) */
+template <class Phase> class custom_phase : public detail::table_of<volgrad_custom_phase, Phase> {
+  public:
+    explicit custom_phase(Phase object) : detail::table_of<volgrad_custom_phase, Phase>(std::move(object)) {
+        volgrad_custom_phase &c = this->c_;
+        c.eval = [](void *user, double mu) -> double {
+            return detail::guarded([&] { return double(at(user).eval(mu)); }, detail::no_number);
+        };
+        c.sample = [](void *user, double u) -> double {
+            return detail::guarded([&] { return double(at(user).sample(u)); }, detail::no_number);
+        };
+        set_derivative<Phase>(c, 0);
+    }
+
+  private:
+    static const Phase &at(const void *user) { return *static_cast<const Phase *>(user); }
+    template <class T> static void set_derivative(volgrad_custom_phase &, ...) {}
+    template <class T> static auto set_derivative(volgrad_custom_phase &c, int) -> decltype(void(&T::log_derivative)) {
+        c.log_derivative = [](void *user, double mu) -> double {
+            return detail::guarded([&] { return double(at(user).log_derivative(mu)); }, detail::no_number);
+        };
+    }
+};
+
+/* A light, for volgrad_light.custom. The object has
+ *     volgrad_rgb emission(volgrad_vec3 direction)
+ * and, for a sky,
+ *     float pdf(volgrad_vec3 to_sky)
+ *     bool sample(const double *u, volgrad_vec3 &to_sky)
+ * or, for a point, if it can,
+ *     void log_gradient(volgrad_vec3 direction, volgrad_vec3 *gradient) */
+template <class Light> class custom_light : public detail::table_of<volgrad_custom_light, Light> {
+  public:
+    explicit custom_light(Light object) : detail::table_of<volgrad_custom_light, Light>(std::move(object)) {
+        volgrad_custom_light &c = this->c_;
+        c.emission = [](void *user, volgrad_vec3 direction, volgrad_rgb *value) {
+            *value = detail::guarded([&] { return at(user).emission(direction); }, detail::no_colour);
+        };
+        set_sampling<Light>(c, 0);
+        set_gradient<Light>(c, 0);
+    }
+
+  private:
+    static const Light &at(const void *user) { return *static_cast<const Light *>(user); }
+    template <class T> static void set_sampling(volgrad_custom_light &, ...) {}
+    template <class T> static auto set_sampling(volgrad_custom_light &c, int) -> decltype(void(&T::pdf)) {
+        c.pdf = [](void *user, volgrad_vec3 to_sky) -> float {
+            return detail::guarded([&] { return at(user).pdf(to_sky); }, detail::no_number);
+        };
+        c.sample = [](void *user, const double *u, volgrad_vec3 *to_sky) -> std::int32_t {
+            return detail::guarded([&] { return bool(at(user).sample(u, *to_sky)); },
+                                   [&] { return *to_sky = detail::no_vector(), true; });
+        };
+    }
+    template <class T> static void set_gradient(volgrad_custom_light &, ...) {}
+    template <class T> static auto set_gradient(volgrad_custom_light &c, int) -> decltype(void(&T::log_gradient)) {
+        c.log_gradient = [](void *user, volgrad_vec3 direction, volgrad_vec3 *gradient) {
+            detail::guarded([&] { at(user).log_gradient(direction, gradient); }, [&] { gradient[0] = detail::no_vector(); });
+        };
+    }
 };
 
 /* ---- options, with their defaults ---- */
@@ -392,6 +526,7 @@ class scene {
         return detail::finish(status);
     }
     result dropped_densities(std::uint64_t &count) const { return detail::finish(volgrad_scene_dropped_densities(scene_, &count)); }
+    result dropped_values(std::uint64_t &count) const { return detail::finish(volgrad_scene_dropped_values(scene_, &count)); }
     /* Wherever C takes a scene. */
     operator const volgrad_scene *() const noexcept { return scene_; }
 
@@ -431,6 +566,15 @@ class chain {
     result flush(const volgrad_scene *scene, Host &&host, volgrad_film *film, volgrad_chain_stats *stats = nullptr) const {
         detail::bridge_to<Host> queries(host);
         return queries.finish(volgrad_chain_flush(chain_, scene, queries.get(), film, stats));
+    }
+    template <class Host>
+    result peek(const volgrad_scene *scene, Host &&host, volgrad_chain_mutation &mutation, span<volgrad_vertex> current,
+                span<volgrad_vertex> proposed) const {
+        detail::bridge_to<Host> queries(host);
+        const std::size_t capacity = current.size() < proposed.size() ? current.size() : proposed.size();
+        mutation = sized<volgrad_chain_mutation>();
+        return queries.finish(volgrad_chain_peek(chain_, scene, queries.get(), &mutation, current.data(), proposed.data(),
+                                                 detail::count32(capacity)));
     }
     operator volgrad_chain *() noexcept { return chain_; }
     operator const volgrad_chain *() const noexcept { return chain_; }
@@ -485,6 +629,16 @@ inline result path_validate(const volgrad_scene *scene, const volgrad_path &path
     if (place) *place = wrong;
     return detail::finish(status, wrong);
 }
+inline result path_report(const volgrad_scene *scene, const volgrad_path &path, std::string &text) {
+    std::uintptr_t length = 0;
+    volgrad_status status = volgrad_path_report(scene, &path, nullptr, 0, &length);
+    if (status == VOLGRAD_OK) {
+        text.resize(length + 1); /* with the 0 that C ends it with */
+        status = volgrad_path_report(scene, &path, &text[0], text.size(), &length);
+        text.resize(length);
+    }
+    return detail::finish(status);
+}
 inline result path_contribution(const volgrad_scene *scene, const volgrad_path &path, double (&rgb)[3]) {
     return detail::finish(volgrad_path_contribution(scene, &path, rgb));
 }
@@ -513,6 +667,21 @@ result shift_path(const volgrad_scene *scene, Host &&host, const volgrad_shift_o
     const std::uint32_t capacity = detail::count32(splats.size());
     return queries.finish(
         volgrad_shift_path(scene, queries.get(), &options, &path, weight, seed, index, splats.data(), capacity, &count));
+}
+
+/* `count` of `splats` are written. */
+template <class Host>
+result shift_paths(const volgrad_scene *scene, Host &&host, const volgrad_shift_options &options, span<const volgrad_path> paths,
+                   span<const volgrad_rgb> weights, std::uint64_t seed, std::uint64_t first_index, span<volgrad_splat> splats,
+                   std::uint32_t &count) {
+    detail::bridge_to<Host> queries(host);
+    if (weights.size() < paths.size()) return queries.finish(VOLGRAD_ERROR_TOO_SMALL);
+    return queries.finish(volgrad_shift_paths(scene, queries.get(), &options, paths.data(), weights.data(), detail::count32(paths.size()),
+                                              seed, first_index, splats.data(), detail::count32(splats.size()), &count));
+}
+inline result shift_tile(const volgrad_scene *scene, const volgrad_shift_options &options, std::uint64_t seed, std::uint32_t x,
+                         std::uint32_t y, std::uint32_t (&bounds)[4]) {
+    return detail::finish(volgrad_shift_tile(scene, &options, seed, x, y, bounds));
 }
 
 /* ---- samplers ---- */

@@ -176,6 +176,31 @@ fn bricks_change_nothing() {
     }
 }
 
+/// Rounding makes nothing less than none of a density on lines in the layer where it ends.
+#[test]
+fn integrals_are_not_negative() {
+    let mut rng = generator(8);
+    let samples = (0..4 * 4 * 4).map(|i| if i / 16 < 2 { 0.0 } else { uniform(&mut rng, 100.0, 1000.0) }).collect();
+    let to_world = sheared();
+    let medium = heterogeneous(CHROMATIC, Grid { resolution: [4; 3], samples, to_world });
+    for bricks in [Bricks::Built, Bricks::Left, Bricks::Sparse] {
+        let host = HostMedium::new(&medium, bricks);
+        let mut sum = 0.0;
+        for n in 0..5000 {
+            let [a, b] = [0; 2].map(|_| {
+                let [x, y, _] = random_vector(&mut rng, 0.0, 1.0);
+                vec(to_world.apply([x, y, 1.5 / 4.0]))
+            });
+            let stretch = Stretch { origin: a, direction: (b - a).normalize(), start: 0.0, end: (b - a).length() };
+            let density = host.view().density;
+            let integrals = [density.integral(&stretch), density.moments(&stretch).integral];
+            assert!(integrals.iter().all(|integral| *integral >= 0.0), "line {n}: {integrals:?}");
+            sum += integrals[0];
+        }
+        assert!(sum < 1e-9, "{sum}");
+    }
+}
+
 /// A grid that is empty beyond its low quarter, in a box that cuts bricks.
 fn small_cloud_in_a_large_box(rng: &mut Pcg64) -> Grid {
     let resolution = [61, 45, 50];

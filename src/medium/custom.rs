@@ -190,7 +190,8 @@ impl<'a> Custom<'a> {
                 (end, exit) = (a.max(b), axis);
             }
         }
-        if !(start < end) {
+        // Nor if a line has no direction, or a number that is none: hosts are asked for finite points only.
+        if !(start < end && (end - start).is_finite()) {
             return None;
         }
         let panels = -floor(WHOLE - (end - start) / self.step);

@@ -106,7 +106,8 @@ impl<'a> Grid<'a> {
         let mut sum = Until { total: 0.0, target };
         match self.samples.walk(&line, &clip.inside, &mut sum) {
             ControlFlow::Break(t) => Inversion::At(t),
-            ControlFlow::Continue(()) => Inversion::Beyond(sum.total),
+            // Rounding takes some 1e-16 of the largest sample off where the density is 0.
+            ControlFlow::Continue(()) => Inversion::Beyond(sum.total.max(0.0)),
         }
     }
 
@@ -117,6 +118,7 @@ impl<'a> Grid<'a> {
         let mut until = MomentsUntil { sum: Moments::default(), target };
         let found = self.samples.walk(&line, &clip.inside, &mut until);
         let mut sum = until.sum;
+        sum.integral = sum.integral.max(0.0);
         sum.gradient = self.gradient_to_world * sum.gradient;
         sum.first_moment = self.gradient_to_world * sum.first_moment;
         // The box's own faces, where ρ jumps from 0 and back, if the stretch crosses them.

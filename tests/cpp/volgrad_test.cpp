@@ -121,6 +121,12 @@ static void test_guides_and_chains() {
     first.init(guided, slab(), options, &techniques, starts[0]);
     first.run(guided, slab(), 200, film);
     second = std::move(first);
+    volgrad_chain_mutation next, next_in_c = volgrad::sized<volgrad_chain_mutation>();
+    std::vector<volgrad_vertex> current(5), proposed(6), vertices(10);
+    second.peek(guided, slab(), next, current, proposed);
+    CHECK(volgrad_chain_peek(second, guided, &queries, &next_in_c, &vertices[0], &vertices[5], 5) == VOLGRAD_OK);
+    CHECK(std::memcmp(&next, &next_in_c, sizeof next) == 0 && next.current.vertex_count >= 3);
+    CHECK(std::memcmp(current.data(), &vertices[0], next.current.vertex_count * sizeof vertices[0]) == 0);
     second.run(guided, slab(), 300, film);
     second.flush(guided, slab(), film);
     CHECK(same(developed(by_c.film), developed(film)));
@@ -190,6 +196,30 @@ static void test_paths() {
     CHECK(volgrad_shift_path(scene, &queries, &options, &path, weight, 1, 2, in_c, VOLGRAD_MAX_SHIFTS + 1, &expected) == VOLGRAD_OK);
     volgrad::shift_path(scene, slab(), options, path, weight, 1, 2, splats, count);
     CHECK(count == expected && count == 9 && std::memcmp(in_c, splats, count * sizeof *splats) == 0);
+
+    const volgrad_path paths[] = {path, path};
+    const volgrad_rgb weights[] = {weight, weight};
+    std::vector<volgrad_splat> many(2 * 9), many_in_c(2 * 9);
+    CHECK(volgrad_shift_paths(scene, &queries, &options, paths, weights, 2, 1, 2, many_in_c.data(), 18, &expected) == VOLGRAD_OK);
+    volgrad::shift_paths(scene, slab(), options, paths, weights, 1, 2, many, count);
+    CHECK(count == expected && count > 0 && std::memcmp(many_in_c.data(), many.data(), count * sizeof *splats) == 0);
+    std::uint32_t tile_in_c[4], tile[4];
+    CHECK(volgrad_shift_tile(scene, &options, 1, 3, 4, tile_in_c) == VOLGRAD_OK);
+    volgrad::shift_tile(scene, options, 1, 3, 4, tile);
+    CHECK(std::memcmp(tile, tile_in_c, sizeof tile) == 0 && tile[0] <= 3 && tile[2] > 3);
+    std::string report;
+    std::uintptr_t length = 0;
+    std::vector<char> report_in_c(1 << 14);
+    CHECK(volgrad_path_report(scene, &path, report_in_c.data(), report_in_c.size(), &length) == VOLGRAD_OK);
+    volgrad::path_report(scene, path, report);
+    CHECK(report.size() == length && report == report_in_c.data() && length > 100);
+    volgrad_status few = VOLGRAD_OK;
+    try {
+        volgrad::shift_paths(scene, slab(), options, paths, volgrad::span<const volgrad_rgb>(weights, 1), 1, 2, many, count);
+    } catch (const volgrad::error &e) {
+        few = e.status();
+    }
+    CHECK(few == VOLGRAD_ERROR_TOO_SMALL);
 
     volgrad_derivative derivative;
     volgrad_status status = VOLGRAD_OK;
@@ -294,17 +324,36 @@ static void test_errors() {
     CHECK(volgrad::abi_matches() && std::strlen(volgrad::version()) >= 5);
 }
 
-/* A density that throws is 0 there, and counted. */
-static void test_custom_density() {
-    bool throws = false;
-    auto density = [&throws](volgrad::span<const volgrad_vec3> points, volgrad::span<float> values) {
-        if (throws) throw out_of_geometry{1};
+/* ---- what a host computes itself ---- */
+
+static bool throws;
+static void may_throw() {
+    if (throws) throw out_of_geometry{1};
+}
+
+/* The density x. */
+struct ramp {
+    void density(volgrad::span<const volgrad_vec3> points, volgrad::span<float> values) const {
+        may_throw();
         for (std::size_t i = 0; i < points.size(); i++) values[i] = points[i].x;
-    };
-    auto gradient = [](volgrad::span<const volgrad_vec3>, volgrad::span<volgrad_vec3> values) {
+    }
+    void gradient(volgrad::span<const volgrad_vec3>, volgrad::span<volgrad_vec3> values) const {
+        may_throw();
         for (volgrad_vec3 &value : values) value.x = 1, value.y = value.z = 0;
-    };
-    volgrad::custom_density<decltype(density), decltype(gradient)> custom(density, gradient, 0.1f, 1);
+    }
+};
+struct exact_ramp : ramp {
+    void integrals(const volgrad_stretch &s, bool gradients, volgrad_density_integrals &result) const {
+        may_throw();
+        const double length = s.end - s.start, middle = (s.start + s.end) / 2;
+        result.density = length * (s.origin[0] + middle * s.direction[0]);
+        if (gradients) result.gradient[0] = length, result.moment[0] = length * middle;
+    }
+};
+
+/* A density that throws is 0 there, and counted. */
+template <class Density> static void test_custom_density(std::uint64_t least_dropped) {
+    volgrad::custom_density<Density> custom(Density(), 0.1f, 1);
     fog_desc fog;
     fog.medium.kind = VOLGRAD_MEDIUM_CUSTOM;
     fog.medium.custom = custom.get();
@@ -312,15 +361,146 @@ static void test_custom_density() {
     volgrad::scene scene(fog.desc);
     const volgrad_segment segment = {INFINITY, 0, {}};
     const volgrad_vec3 origin = {0, 0.5f, 0.5f}, along = {1, 0, 0};
-    const volgrad_line line = volgrad::line(origin, along, 1, volgrad::span<const volgrad_segment>(&segment, 1));
-    volgrad_rgb tau;
+    const volgrad_line line = volgrad::line(origin, along, 0.5f, volgrad::span<const volgrad_segment>(&segment, 1));
+    volgrad_optical_depth depth;
     std::uint64_t dropped = 0;
-    volgrad::line_tau(scene, line, tau);
-    CHECK(std::fabs(tau.r - 0.5f) < 1e-6f);
+    volgrad::line_optical_depth(scene, line, depth);
+    CHECK(std::fabs(depth.tau.r - 0.125f) < 1e-6f && std::fabs(depth.end_gradient[0].x - 0.5f) < 1e-6f);
     throws = true;
-    volgrad::line_tau(scene, line, tau);
+    volgrad::line_optical_depth(scene, line, depth);
     scene.dropped_densities(dropped);
-    CHECK(tau.r == 0 && dropped > 0);
+    throws = false;
+    CHECK(depth.tau.r == 0 && dropped >= least_dropped);
+}
+
+static const float PI = 3.14159265f;
+static volgrad_vec3 around(double z, double u) {
+    const double r = std::sqrt(1 - z * z), angle = 2 * static_cast<double>(PI) * u;
+    return {static_cast<float>(r * std::cos(angle)), static_cast<float>(r * std::sin(angle)), static_cast<float>(z)};
+}
+
+struct paint {
+    volgrad_rgb eval(volgrad_vec3, volgrad_vec3) const { return may_throw(), volgrad_rgb{0.5f / PI, 0.5f / PI, 0.5f / PI}; }
+    float pdf(volgrad_vec3, volgrad_vec3 to_light) const { return may_throw(), to_light.z / PI; }
+    bool sample(volgrad_vec3, const double *u, volgrad_vec3 &to_light, float &) const {
+        may_throw();
+        to_light = around(std::sqrt(1 - u[0]), u[1]);
+        return true;
+    }
+    void log_gradient(volgrad_vec3, volgrad_vec3, volgrad_vec3 *by_camera, volgrad_vec3 *) const {
+        may_throw();
+        for (int i = 0; i < 3; i++) by_camera[i].x = 1;
+    }
+};
+struct droplets { /* scatter alike in all directions */
+    double eval(double) const { return may_throw(), 1 / (4 * static_cast<double>(PI)); }
+    double sample(double u) const { return may_throw(), 2 * u - 1; }
+    double log_derivative(double) const { return may_throw(), 0.; }
+};
+struct sky {
+    volgrad_rgb emission(volgrad_vec3) const { return may_throw(), volgrad_rgb{1, 1, 1}; }
+    float pdf(volgrad_vec3) const { return may_throw(), 1 / (4 * PI); }
+    bool sample(const double *u, volgrad_vec3 &to_sky) const { return may_throw(), to_sky = around(2 * u[0] - 1, u[1]), true; }
+};
+struct lamp {
+    volgrad_rgb emission(volgrad_vec3) const { return may_throw(), volgrad_rgb{9, 9, 9}; }
+    void log_gradient(volgrad_vec3, volgrad_vec3 *gradient) const {
+        may_throw();
+        gradient[0].x = gradient[1].x = gradient[2].x = 1;
+    }
+};
+
+static const volgrad_vec3 UP = {0, 0, 1};
+
+/* The same objects, as C would call them. */
+struct tables_in_c {
+    volgrad_custom_bsdf bsdf;
+    volgrad_custom_phase phase;
+    volgrad_custom_light light;
+    tables_in_c()
+        : bsdf(volgrad::sized<volgrad_custom_bsdf>()), phase(volgrad::sized<volgrad_custom_phase>()),
+          light(volgrad::sized<volgrad_custom_light>()) {
+        bsdf.eval = [](void *, volgrad_vec3 a, volgrad_vec3 b, volgrad_rgb *value) { *value = paint().eval(a, b); };
+        bsdf.pdf = [](void *, volgrad_vec3 a, volgrad_vec3 b) { return paint().pdf(a, b); };
+        bsdf.sample = [](void *, volgrad_vec3 a, const double *u, volgrad_vec3 *b, float *eta_squared) -> std::int32_t {
+            return paint().sample(a, u, *b, *eta_squared);
+        };
+        phase.eval = [](void *, double mu) { return droplets().eval(mu); };
+        phase.sample = [](void *, double u) { return droplets().sample(u); };
+        light.emission = [](void *, volgrad_vec3 direction, volgrad_rgb *value) { *value = sky().emission(direction); };
+        light.pdf = [](void *, volgrad_vec3 to_sky) { return sky().pdf(to_sky); };
+        light.sample = [](void *, const double *u, volgrad_vec3 *to_sky) -> std::int32_t { return sky().sample(u, *to_sky); };
+    }
+};
+
+/* Paint on the plane z = 3 behind the fog. */
+struct wall {
+    void intersect(volgrad::span<const volgrad_ray> rays, volgrad::span<volgrad_hit> hits) const {
+        slab().intersect(rays, hits);
+        for (std::size_t i = 0; i < rays.size(); i++) {
+            const float t = (3 - rays[i].origin.z) / rays[i].direction.z;
+            if (!(t > rays[i].t_min && t < rays[i].t_max)) continue;
+            hits[i].kind = VOLGRAD_HIT_SURFACE, hits[i].t = t, hits[i].light = VOLGRAD_NONE;
+            hits[i].normal.z = hits[i].shading_normal.z = -1;
+            hits[i].medium_inside = hits[i].medium_outside = VOLGRAD_KEEP_MEDIUM;
+        }
+    }
+    void occluded(volgrad::span<const volgrad_ray> rays, volgrad::span<volgrad_hit> hits) const { intersect(rays, hits); }
+};
+
+static image painted(const volgrad_custom_bsdf *bsdf, const volgrad_custom_phase *phase, const volgrad_custom_light *light,
+                     std::uint64_t &dropped) {
+    fog_desc fog;
+    volgrad_material material = volgrad_material();
+    material.kind = VOLGRAD_MATERIAL_CUSTOM, material.custom = bsdf;
+    fog.medium.phase.kind = VOLGRAD_PHASE_CUSTOM;
+    fog.lights[0].kind = VOLGRAD_LIGHT_CUSTOM_SKY, fog.lights[0].custom = light;
+    fog.desc.materials = &material, fog.desc.material_count = 1;
+    fog.desc.phases = &phase, fog.desc.phase_count = 1;
+    const volgrad::scene scene(fog.desc);
+    volgrad::film film(SIDE, SIDE);
+    volgrad::path_sampler_run(scene, wall(), volgrad::path_sampler_options_default(), 0, 0, PIXELS, film);
+    scene.dropped_values(dropped);
+    return developed(film);
+}
+
+static void test_custom() {
+    const volgrad::custom_bsdf<paint> bsdf{paint()};
+    const volgrad::custom_phase<droplets> phase{droplets()};
+    const volgrad::custom_light<sky> light{sky()};
+    const volgrad::custom_light<lamp> point{lamp()};
+    const tables_in_c c;
+    CHECK(light.get()->log_gradient == nullptr && point.get()->pdf == nullptr && point.get()->sample == nullptr);
+    std::uint64_t dropped = 9, dropped_in_c = 9;
+    const image in_c = painted(&c.bsdf, &c.phase, &c.light, dropped_in_c);
+    CHECK(same(in_c, painted(bsdf.get(), phase.get(), light.get(), dropped)));
+    CHECK(dropped == 0 && dropped_in_c == 0);
+    throws = true;
+    const image black = painted(bsdf.get(), phase.get(), light.get(), dropped);
+    double sum = 0;
+    for (float value : black) sum += static_cast<double>(value);
+    CHECK(sum == 0 && dropped > 0);
+
+    /* Every function, with what throws and with what does not. */
+    const double u[3] = {0.3, 0.4, 0.5};
+    for (int i = 0; i < 2; i++) {
+        throws = i == 0;
+        volgrad_vec3 direction = {}, sampled = {}, gradient[3] = {}, by_camera[3] = {}, by_light[3] = {};
+        volgrad_rgb value = {}, radiance = {};
+        float eta_squared = 1;
+        CHECK(bsdf.get()->sample(bsdf.get()->user, UP, u, &sampled, &eta_squared) == 1);
+        CHECK(light.get()->sample(light.get()->user, u, &direction) == 1);
+        bsdf.get()->eval(bsdf.get()->user, UP, UP, &value);
+        bsdf.get()->log_gradient(bsdf.get()->user, UP, UP, by_camera, by_light);
+        point.get()->emission(point.get()->user, UP, &radiance);
+        point.get()->log_gradient(point.get()->user, UP, gradient);
+        const double numbers[] = {static_cast<double>(bsdf.get()->pdf(bsdf.get()->user, UP, UP)), phase.get()->eval(phase.get()->user, 0),
+            phase.get()->sample(phase.get()->user, 0.5), phase.get()->log_derivative(phase.get()->user, 0),
+            static_cast<double>(light.get()->pdf(light.get()->user, UP)), static_cast<double>(value.g), static_cast<double>(sampled.z),
+            static_cast<double>(by_camera[0].x), static_cast<double>(gradient[0].x), static_cast<double>(radiance.b),
+            static_cast<double>(direction.z)};
+        for (double number : numbers) CHECK(std::isnan(number) == throws);
+    }
 }
 
 static void test_images() {
@@ -345,7 +525,9 @@ int main() {
     test_hosts();
     test_exceptions();
     test_errors();
-    test_custom_density();
+    test_custom_density<ramp>(2);
+    test_custom_density<exact_ramp>(1);
+    test_custom();
     test_images();
     test_without_exceptions();
     std::printf("%d passed, %d failed\n", checks_passed, checks_failed);

@@ -6,8 +6,8 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 use volgrad::math::{Colour, DAffine3, DVec3};
 use volgrad::medium::{
-    Custom, Density, DensityField, Flight, Line, Medium, Moments, Segment, Stretch, distance_number, moments, optical_depth,
-    sample_distance,
+    Custom, Density, DensityField, Flight, Inversion, Line, Medium, Moments, Segment, Stretch, distance_number, moments,
+    optical_depth, sample_distance,
 };
 use volgrad::phase::Phase;
 
@@ -106,6 +106,54 @@ fn a_copy_has_the_same_lines() {
     println!("differences of τ, ∇τ, u → t → u, t: {worst:?} over {collisions} collisions");
     assert!(worst.iter().zip([1e-11, 1e-9, 1e-11, 1e-9]).all(|(worst, most)| *worst < most), "{worst:?}");
     assert!(collisions > LINES / 8);
+}
+
+/// Density 1, and only of what is finite.
+#[derive(Debug)]
+struct Finite;
+
+impl DensityField for Finite {
+    fn densities(&self, points: &[DVec3], densities: &mut [f64]) {
+        assert!(points.iter().all(|x| x.is_finite()));
+        densities.fill(1.0);
+    }
+
+    fn gradients(&self, points: &[DVec3], gradients: &mut [DVec3]) {
+        assert!(points.iter().all(|x| x.is_finite()));
+        gradients.fill(DVec3::ZERO);
+    }
+
+    fn moments(&self, stretch: &Stretch, _: bool) -> Moments {
+        assert!(stretch.origin.is_finite() && stretch.direction.is_finite() && (stretch.end - stretch.start).is_finite());
+        Moments { integral: stretch.end - stretch.start, ..Moments::default() }
+    }
+}
+
+/// Whatever a path that is none asks for: no direction, no number, no end.
+#[test]
+fn hosts_are_asked_for_finite_points() {
+    let infinite = f64::INFINITY;
+    for custom in [
+        Custom::exact(&Finite, DAffine3::IDENTITY, 1.0),
+        Custom::new(&Finite, DAffine3::IDENTITY, 0.5, 1.0).expect("few panels"),
+    ] {
+        let density = Density::Custom(custom);
+        let inside = DVec3::splat(0.5);
+        for (origin, direction) in [
+            (inside, DVec3::ZERO),
+            (inside, DVec3::new(0.0, f64::NAN, 0.0)),
+            (DVec3::new(0.5, 0.5, f64::NAN), DVec3::Z),
+            (DVec3::new(0.5, 0.5, -infinite), DVec3::Z),
+        ] {
+            let stretch = Stretch { origin, direction, start: 0.0, end: infinite };
+            assert_eq!(density.integral(&stretch), 0.0);
+            assert_eq!(density.moments(&stretch), Moments::default());
+            assert_eq!(density.invert(&stretch, 0.1), Inversion::Beyond(0.0));
+            assert!(density.extent(&stretch).is_none());
+        }
+        let through = Stretch { origin: inside, direction: DVec3::Z, start: 0.0, end: infinite };
+        assert!((density.integral(&through) - 0.5).abs() < 1e-12);
+    }
 }
 
 /// Answers that are no values, one kind after the other; inside a box of density 1.
