@@ -298,8 +298,8 @@ template <class Table, class Object> class table_of {
 
 /* The next four compute what C asks callbacks for with the functions of an object, which they keep: get() is for the scene's description,
  * and they must stay where they are as long as the scene. All threads that use the scene call the object's functions, which are const.
- * What they throw ends there: the value becomes NaN, which scene::dropped_densities and dropped_values count. Of set_...<Object>(table, 0) the
- * better fit is taken, which is there if the object has the function. */
+ * What they throw ends there: the value becomes NaN, which scene::dropped_densities and scene::dropped_values count.
+ * Of set_...<Object>(table, 0) the better fit is taken, which is there if the object has the function. */
 
 /* A density, for volgrad_medium.custom. The object has
  *     void density(volgrad::span<const volgrad_vec3> points, volgrad::span<float> densities)
