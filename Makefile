@@ -27,12 +27,13 @@ FEATURES := ffi,exr
 LIBRARY := $(BUILD)/libvolgrad.a
 CORE := $(BUILD)/libvolgrad_core.a
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
-SONAME := libvolgrad.so.$(firstword $(subst ., ,$(VERSION)))
+SONAME := libvolgrad.so.$(shell sed -n 's/^.define VOLGRAD_ABI_VERSION //p' include/volgrad.h)
 SHARED := $(BUILD)/libvolgrad.so.$(VERSION)
 RENDER := $(BUILD)/volgrad-render
-# One scene's volume is not in the repository.
-TEAPOT := ../shared/scenes/teapot_cloud.nvdb
-SCENES := $(filter-out $(if $(wildcard $(TEAPOT)),,scenes/teapot_cloud.xml),$(wildcard scenes/*.xml))
+# One scene's volume is not in the repository (scenes/README.md). Where VOLUMES has it, it is copied.
+VOLUMES ?= ../shared/scenes
+TEAPOT := $(sort $(patsubst $(VOLUMES)/%,scenes/%,$(wildcard scenes/teapot_cloud.nvdb $(VOLUMES)/teapot_cloud.nvdb)))
+SCENES := $(filter-out $(if $(TEAPOT),,scenes/teapot_cloud.xml),$(wildcard scenes/*.xml))
 
 PACKAGES := assimp expat libpng zlib
 EMBREE = $(shell $(CC) $(CPPFLAGS) -E -x c -include embree4/rtcore.h /dev/null >/dev/null 2>&1 && echo embree4 || echo embree3)
@@ -71,7 +72,7 @@ $(CORE): $(TARGET)/freestanding/libvolgrad.a packaging/one_object.sh | $(BUILD)
 
 # The archive's object again, so that no symbol but ours is exported; what EXR needs of the system as in packaging/volgrad.pc.in and
 # volgradTargets.cmake.
-$(SHARED): $(LIBRARY)
+$(SHARED): $(LIBRARY) include/volgrad.h
 	$(CC) -shared -Wl,-soname,$(SONAME) -Wl,-z,defs,-z,relro,-z,now -Wl,--whole-archive $< -Wl,--no-whole-archive \
 		$(LDFLAGS) -lgcc_s -lpthread -ldl -lm -o $@
 	ln -sf $(@F) $(BUILD)/$(SONAME)
@@ -125,8 +126,12 @@ $(BUILD)/documented.h: docs/reference.py include/volgrad.h | $(BUILD)
 $(ABI_TESTS): $(BUILD)/tests/%: tests/c/%.c $(wildcard tests/c/*.h) include/volgrad.h $(BUILD)/documented.h $(LIBRARY) | $(BUILD)/tests
 	$(CC) $(C_FLAGS) $(SANITIZE) -include $(BUILD)/documented.h $< $(LIBRARY) -lpthread -ldl -lm $(LDFLAGS) -o $@
 
-test-c: $(HOST_TESTS) $(ABI_TESTS)
+scenes/%.nvdb: $(VOLUMES)/%.nvdb
+	cp $< $@
+
+test-c: $(HOST_TESTS) $(ABI_TESTS) $(TEAPOT)
 	$(BUILD)/tests/reader_test $(SCENES)
+	@[ -n '$(TEAPOT)' ] || echo 'scenes/teapot_cloud.xml is left out: scenes/teapot_cloud.nvdb is not there'
 	$(BUILD)/tests/queries_test
 	@set -e; for t in $(ABI_TESTS); do echo $$t; $$t; done
 	$(MAKE) test-fuzz
@@ -206,6 +211,7 @@ test-threads: tests/c/threads_test.c | $(BUILD)/tsan
 	clang $(BUILD)/tsan/threads_test.o $(TSAN)/$(TSAN_TRIPLE)/release/libvolgrad.a \
 		-Wl,--whole-archive $(TSAN_RUNTIME) -Wl,--no-whole-archive -lpthread -ldl -lm -lrt -lresolv -o $(BUILD)/tsan/threads_test
 	$(BUILD)/tsan/threads_test
+
 # ---- NanoVDB files: written by its own library, then read, and rendered as sparse and as dense grids ----
 
 NVDB := $(BUILD)/nvdb
@@ -222,7 +228,6 @@ test-nvdb: $(BUILD)/tests/nvdb_test $(NVDB)/written $(RENDER) $(VENV)/ready
 	$(BUILD)/tests/nvdb_test $(NVDB)
 	@set -e; for s in nvdb vol; do $(RENDER) $(NVDB)/$$s.xml -o $(NVDB)/$$s.exr --spp 4 --shift exchangeable 2>$(NVDB)/log || { cat $(NVDB)/log; exit 1; }; done
 	$(PY) tests/validate/compare.py --identical $(NVDB)/nvdb.exr $(NVDB)/vol.exr
-	@[ -e $(TEAPOT) ] || echo "scenes/teapot_cloud.xml is left out: $(TEAPOT) is not there"
 
 test-c: test-nvdb
 

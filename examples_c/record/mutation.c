@@ -20,7 +20,8 @@ static double dot(volgrad_vec3 a, volgrad_vec3 b)
 static int is_far(const volgrad_scene_desc *desc, const volgrad_vertex *v)
 {
     uint32_t kind = v->kind == VOLGRAD_VERTEX_LIGHT && v->index < desc->light_count ? desc->lights[v->index].kind : VOLGRAD_LIGHT_POINT;
-    return kind == VOLGRAD_LIGHT_ENVIRONMENT || kind == VOLGRAD_LIGHT_ENVIRONMENT_MAP || kind == VOLGRAD_LIGHT_DIRECTIONAL;
+    return kind == VOLGRAD_LIGHT_ENVIRONMENT || kind == VOLGRAD_LIGHT_ENVIRONMENT_MAP || kind == VOLGRAD_LIGHT_CUSTOM_SKY ||
+           kind == VOLGRAD_LIGHT_DIRECTIONAL;
 }
 
 /* Rays start this far from a surface, and end as far before one, over the edge's length. */

@@ -81,6 +81,7 @@ const char *record_begin(recorder *r, const char *file, const volgrad_scene_desc
     put(r, &head, sizeof head);
     volgrad_scene_desc plain = *desc;
     plain.media = NULL, plain.materials = NULL, plain.lights = NULL;
+    plain.phases = NULL, plain.phase_count = 0; /* no medium that is recorded has one */
     chunk(r, "DESC", 0, &plain, sizeof plain);
     const char *problem = media(r, desc);
     problem = problem != NULL ? problem : materials(r, desc);

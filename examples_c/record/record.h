@@ -47,7 +47,7 @@ typedef struct {
 } recorder;
 
 /* Begins a file with a scene. `guide`: the film that volgrad_guide_init is given, of that many bytes, before it is; or NULL. Returns NULL, or
-   what is wrong: callbacks of the host's for materials, lights and densities cannot be recorded. */
+   what is wrong: sparse grids, and callbacks of the host's for materials, lights, densities and phase functions, cannot be recorded. */
 const char *record_begin(recorder *r, const char *file, const volgrad_scene_desc *desc, const volgrad_film *guide, size_t guide_bytes);
 
 /* The host's queries, recorded as they are answered. `r` stays where it is. */

@@ -33,13 +33,13 @@ static int compare(const replay *p, const record_result *was, const record_resul
 static int replay_path(replay *p, const char *file, const record_result *was)
 {
     size_t vertices, segments, ends, options, splat_bytes = 0;
-    const record_call *call = replay_find(p, "CALL", 0, sizeof *call, &(size_t){0});
-    const volgrad_shift_options *shift = replay_find(p, "SHIF", 0, 0, &options);
-    volgrad_path path = {.vertices = replay_find(p, "VERT", 0, 0, &vertices), .segments = replay_find(p, "SEGM", 0, 0, &segments),
-                         .edge_ends = replay_find(p, "ENDS", 0, 0, &ends)};
+    const record_call *call = replay_find_of(p, "CALL", 0, sizeof *call);
+    const volgrad_shift_options *shift = replay_find(p, "SHIF", 0, &options);
+    volgrad_path path = {.vertices = replay_find(p, "VERT", 0, &vertices), .segments = replay_find(p, "SEGM", 0, &segments),
+                         .edge_ends = replay_find(p, "ENDS", 0, &ends)};
     if (call == NULL || shift == NULL || path.vertices == NULL || path.segments == NULL || path.edge_ends == NULL ||
-        options < sizeof shift->struct_size || shift->struct_size != options || vertices != call->vertex_count * sizeof *path.vertices ||
-        call->vertex_count == 0 || ends != (call->vertex_count - 1) * sizeof *path.edge_ends) {
+        options < sizeof shift->struct_size || shift->struct_size != options || vertices != (uint64_t)call->vertex_count * sizeof *path.vertices ||
+        call->vertex_count == 0 || ends != (uint64_t)(call->vertex_count - 1) * sizeof *path.edge_ends) {
         return wrong(file, "is not whole: its path or its options are missing");
     }
     path.vertex_count = call->vertex_count;
@@ -55,7 +55,7 @@ static int replay_path(replay *p, const char *file, const record_result *was)
         printf("splat at %.4f %.4f: %.9g %.9g %.9g\n", (double)splats[i].x, (double)splats[i].y, (double)splats[i].value.r,
                (double)splats[i].value.g, (double)splats[i].value.b);
     }
-    const void *recorded = replay_find(p, "SPLA", 0, 0, &splat_bytes);
+    const void *recorded = replay_find(p, "SPLA", 0, &splat_bytes);
     int same = splat_bytes == is.count * sizeof *splats && (splat_bytes == 0 || memcmp(recorded, splats, splat_bytes) == 0);
     return compare(p, was, &is, same);
 }
@@ -77,10 +77,25 @@ static void print_splats(const volgrad_film *film, const volgrad_camera *camera)
     free(rgb);
 }
 
+/* `chain` is what was recorded before it. */
+static int mutate(replay *p, const record_result *was, volgrad_chain *chain, const void *after, size_t bytes, mutation *m, volgrad_film *film,
+                  size_t film_bytes)
+{
+    volgrad_queries queries = replay_queries(p);
+    record_result is = {.status = mutation_look(m, chain, p->scene, &p->desc, &queries)};
+    if (is.status == VOLGRAD_OK) {
+        mutation_print(stdout, m, p->scene);
+        is.status = volgrad_chain_run(chain, p->scene, &queries, 1, film, NULL);
+    }
+    print_splats(film, &p->desc.camera);
+    is.film_hash = record_hash(RECORD_NO_BYTES, film, film_bytes);
+    return compare(p, was, &is, memcmp(after, chain, bytes) == 0);
+}
+
 static int replay_mutation(replay *p, const char *file, const record_result *was)
 {
     size_t bytes, film_bytes = 0;
-    const void *before = replay_find(p, "CHN0", 0, 0, &bytes), *after = replay_find(p, "CHN1", 0, bytes, &(size_t){0});
+    const void *before = replay_find(p, "CHN0", 0, &bytes), *after = replay_find_of(p, "CHN1", 0, bytes);
     const volgrad_camera *camera = &p->desc.camera;
     if (after == NULL || volgrad_film_size(camera->width, camera->height, &film_bytes) != VOLGRAD_OK) {
         return wrong(file, "is not whole: its chain is missing");
@@ -88,19 +103,14 @@ static int replay_mutation(replay *p, const char *file, const record_result *was
     void *chain = aligned_alloc(16, (bytes + 15) / 16 * 16), *memory = aligned_alloc(16, film_bytes);
     mutation *m = calloc(1, sizeof *m);
     volgrad_film *film = NULL;
-    if (chain == NULL || memory == NULL || m == NULL || volgrad_film_init(memory, film_bytes, camera->width, camera->height, &film) != VOLGRAD_OK) {
-        return wrong(file, "is too large for the memory");
+    int exit_status;
+    if (chain != NULL && memory != NULL && m != NULL &&
+        volgrad_film_init(memory, film_bytes, camera->width, camera->height, &film) == VOLGRAD_OK) {
+        memcpy(chain, before, bytes);
+        exit_status = mutate(p, was, chain, after, bytes, m, film, film_bytes);
+    } else {
+        exit_status = wrong(file, "is too large for the memory");
     }
-    memcpy(chain, before, bytes);
-    volgrad_queries queries = replay_queries(p);
-    record_result is = {.status = mutation_look(m, chain, p->scene, &p->desc, &queries)};
-    if (is.status == VOLGRAD_OK) {
-        mutation_print(stdout, m, p->scene);
-        is.status = volgrad_chain_run(chain, p->scene, &queries, 1, film, NULL);
-    }
-    print_splats(film, camera);
-    is.film_hash = record_hash(RECORD_NO_BYTES, film, film_bytes);
-    int exit_status = compare(p, was, &is, memcmp(after, chain, bytes) == 0);
     free(m);
     free(chain);
     free(memory);
@@ -119,11 +129,11 @@ int main(int argc, char **argv)
     const record_result *was = NULL;
     if (!replay_open(&p, argv[1])) {
         wrong(argv[1], p.problem);
-    } else if ((was = replay_find(&p, "DONE", 0, sizeof *was, &count)) == NULL) {
+    } else if ((was = replay_find_of(&p, "DONE", 0, sizeof *was)) == NULL) {
         wrong(argv[1], "is not whole: what came of the call is missing");
-    } else if (replay_find(&p, "CALL", 0, 0, &count) != NULL) {
+    } else if (replay_find(&p, "CALL", 0, &count) != NULL) {
         exit_status = replay_path(&p, argv[1], was);
-    } else if (replay_find(&p, "CHN0", 0, 0, &count) != NULL) {
+    } else if (replay_find(&p, "CHN0", 0, &count) != NULL) {
         exit_status = replay_mutation(&p, argv[1], was);
     } else {
         wrong(argv[1], "has no call to replay");

@@ -86,7 +86,7 @@ static int check_chunks(replay *p)
     return fail(p, "was cut off: its end is missing");
 }
 
-const void *replay_find(const replay *p, const char *tag, uint32_t number, size_t size, size_t *count)
+const void *replay_find(const replay *p, const char *tag, uint32_t number, size_t *count)
 {
     for (size_t at = sizeof(record_head); at < p->count;) {
         const record_chunk *chunk = chunk_at(p, at);
@@ -95,14 +95,28 @@ const void *replay_find(const replay *p, const char *tag, uint32_t number, size_
         }
         if (memcmp(chunk->tag, tag, 4) == 0 && chunk->number == number) {
             *count = (size_t)chunk->bytes;
-            return size == 0 || size == *count ? chunk + 1 : NULL;
+            return chunk + 1;
         }
         at = after(at, chunk);
     }
     return NULL;
 }
 
+const void *replay_find_of(const replay *p, const char *tag, uint32_t number, uint64_t bytes)
+{
+    size_t count = 0;
+    const void *found = replay_find(p, tag, number, &count);
+    return count == bytes ? found : NULL;
+}
+
 /* ---- the scene ---- */
+
+/* Bytes of so many floats; more than any file has, if they are too many to be counted. */
+static uint64_t floats(uint32_t x, uint32_t y, uint32_t z)
+{
+    uint64_t plane = (uint64_t)x * y;
+    return z > 0 && plane > UINT64_MAX / sizeof(float) / z ? UINT64_MAX : sizeof(float) * plane * z;
+}
 
 static int missing(replay *p, const char *what, uint32_t number)
 {
@@ -111,16 +125,15 @@ static int missing(replay *p, const char *what, uint32_t number)
 
 static int read_media(replay *p)
 {
-    size_t count;
-    p->media = calloc(p->desc.media_count + 1u, sizeof *p->media);
+    p->media = calloc(p->desc.media_count > 0 ? p->desc.media_count : 1, sizeof *p->media);
     for (uint32_t i = 0; i < p->desc.media_count && p->media != NULL; ++i) {
-        const volgrad_medium *medium = replay_find(p, "MEDI", i, sizeof *medium, &count);
+        const volgrad_medium *medium = replay_find_of(p, "MEDI", i, sizeof *medium);
         if (medium == NULL) {
             return missing(p, "medium", i);
         }
         p->media[i] = *medium;
         if (medium->kind == VOLGRAD_MEDIUM_GRID) {
-            p->media[i].density = replay_find(p, "GRID", i, sizeof(float) * medium->nx * medium->ny * medium->nz, &count);
+            p->media[i].density = replay_find_of(p, "GRID", i, floats(medium->nx, medium->ny, medium->nz));
             if (p->media[i].density == NULL) {
                 return missing(p, "density grid", i);
             }
@@ -132,16 +145,15 @@ static int read_media(replay *p)
 
 static int read_lights(replay *p)
 {
-    size_t count;
-    p->lights = calloc(p->desc.light_count + 1u, sizeof *p->lights);
+    p->lights = calloc(p->desc.light_count > 0 ? p->desc.light_count : 1, sizeof *p->lights);
     for (uint32_t i = 0; i < p->desc.light_count && p->lights != NULL; ++i) {
-        const volgrad_light *light = replay_find(p, "LIGH", i, sizeof *light, &count);
+        const volgrad_light *light = replay_find_of(p, "LIGH", i, sizeof *light);
         if (light == NULL) {
             return missing(p, "light", i);
         }
         p->lights[i] = *light;
         if (light->kind == VOLGRAD_LIGHT_ENVIRONMENT_MAP) {
-            p->lights[i].image = replay_find(p, "SKY ", i, sizeof(float) * 3 * light->image_width * light->image_height, &count);
+            p->lights[i].image = replay_find_of(p, "SKY ", i, floats(3, light->image_width, light->image_height));
             if (p->lights[i].image == NULL) {
                 return missing(p, "environment map", i);
             }
@@ -153,13 +165,13 @@ static int read_lights(replay *p)
 
 static int read_desc(replay *p)
 {
-    size_t count;
-    const volgrad_scene_desc *desc = replay_find(p, "DESC", 0, sizeof *desc, &count);
+    const volgrad_scene_desc *desc = replay_find_of(p, "DESC", 0, sizeof *desc);
     if (desc == NULL) {
         return missing(p, "scene", 0);
     }
     p->desc = *desc;
-    p->desc.materials = replay_find(p, "MATE", 0, desc->material_count * sizeof *desc->materials, &count);
+    p->desc.phases = NULL, p->desc.phase_count = 0; /* pointers of another process, if it was recorded with them */
+    p->desc.materials = replay_find_of(p, "MATE", 0, (uint64_t)desc->material_count * sizeof *desc->materials);
     if (desc->material_count > 0 && p->desc.materials == NULL) {
         return missing(p, "material", 0);
     }
@@ -174,7 +186,7 @@ static int make_scene(replay *p)
         status = volgrad_scene_init(p->scene_memory, bytes, &p->desc, &p->scene, NULL);
     }
     /* A film is changed by nothing that guides do to it; the file's copy is ours. */
-    void *film = (void *)(uintptr_t)replay_find(p, "GUID", 0, 0, &count);
+    void *film = (void *)(uintptr_t)replay_find(p, "GUID", 0, &count);
     if (status == VOLGRAD_OK && p->scene != NULL && film != NULL) {
         const volgrad_scene *plain = p->scene;
         uint32_t width, height;
@@ -212,9 +224,9 @@ static int32_t answer(replay *p, const char *tag, const volgrad_ray *rays, volgr
 {
     size_t size = 0;
     const char *what = memcmp(tag, "OCCL", 4) == 0 ? "occluded" : "intersect";
-    const volgrad_ray *known = replay_find(p, tag, p->asked, 0, &size);
-    const volgrad_hit *answers = replay_find(p, "HITS", p->asked, count * sizeof *hits, &(size_t){0});
-    const int32_t *code = replay_find(p, "CODE", p->asked, sizeof *code, &(size_t){0});
+    const volgrad_ray *known = replay_find(p, tag, p->asked, &size);
+    const volgrad_hit *answers = replay_find_of(p, "HITS", p->asked, (uint64_t)count * sizeof *hits);
+    const int32_t *code = replay_find_of(p, "CODE", p->asked, sizeof *code);
     if (known == NULL || answers == NULL || code == NULL || size != count * sizeof *rays) {
         fail(p, "query %u, %s of %u rays, is not the recorded one: that was another kind, of another number of rays, or there was none",
              (unsigned)p->asked, what, (unsigned)count);

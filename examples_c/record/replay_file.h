@@ -22,8 +22,11 @@ int replay_open(replay *p, const char *file);
 /* Answers from the record. A query that is not the recorded one stops the call. */
 volgrad_queries replay_queries(replay *p);
 
-/* A chunk's bytes, if it is there and has `size` bytes, or with size 0 any number of them: *count. */
-const void *replay_find(const replay *p, const char *tag, uint32_t number, size_t size, size_t *count);
+/* A chunk's bytes, *count of them, if it is there. */
+const void *replay_find(const replay *p, const char *tag, uint32_t number, size_t *count);
+
+/* The same, if it has so many bytes. */
+const void *replay_find_of(const replay *p, const char *tag, uint32_t number, uint64_t bytes);
 
 void replay_close(replay *p);
 

@@ -21,6 +21,11 @@ static int check(const char *what, volgrad_status status)
     return status == VOLGRAD_OK || complain(what, volgrad_status_message(status));
 }
 
+static int check_memory(const void *memory)
+{
+    return memory != NULL || complain("memory", "there is not enough");
+}
+
 /* The image's name with another ending. */
 static char *record_name(const char *image)
 {
@@ -36,7 +41,7 @@ static char *record_name(const char *image)
 static int print(const volgrad_chain *chain, const render_job *job, const volgrad_scene_desc *desc)
 {
     mutation *m = malloc(sizeof *m);
-    int ok = m != NULL && check("looking", mutation_look(m, chain, job->scene, desc, job->queries));
+    int ok = check_memory(m) && check("looking", mutation_look(m, chain, job->scene, desc, job->queries));
     if (ok) {
         mutation_print(stdout, m, job->scene);
     }
@@ -68,8 +73,8 @@ static int run(chains *c, const render_job *job, const volgrad_scene_desc *desc,
     volgrad_chain *chain = c->each[which->chain];
     volgrad_film *film = NULL;
     int ok = check("film", volgrad_film_size(job->width, job->height, &bytes));
-    void *memory = aligned_memory(bytes);
-    ok = ok && memory != NULL && check("film", volgrad_film_init(memory, bytes, job->width, job->height, &film)) &&
+    void *memory = ok ? aligned_memory(bytes) : NULL;
+    ok = ok && check_memory(memory) && check("film", volgrad_film_init(memory, bytes, job->width, job->height, &film)) &&
          check("chain", volgrad_chain_run(chain, job->scene, job->queries, which->number, film, NULL)) &&
          check("film", volgrad_film_init(memory, bytes, job->width, job->height, &film)) && print(chain, job, desc) &&
          record(c, chain, job, desc, g, film, bytes, name);
@@ -77,31 +82,34 @@ static int run(chains *c, const render_job *job, const volgrad_scene_desc *desc,
     return ok;
 }
 
+/* As far as the mutations: status says what is wrong, VOLGRAD_OK that memory is out. */
+static int start(chains *c, bootstrap *b, guide *g, const render_job *job, render_job *guided, volgrad_status *status)
+{
+    int ok = guide_learn(g, job, status);
+    guided->scene = g->scene;
+    return ok && bootstrap_run(b, guided, status) && chains_start(c, guided, b, status);
+}
+
 int debug_chain(const render_job *job, const volgrad_scene_desc *desc, const chain_mutation *which, const char *image)
 {
-    guide g;
-    bootstrap b;
+    guide g = {.samples = 0};
+    bootstrap b = {.count = 0};
     chains c = {.count = 0};
     volgrad_status status = VOLGRAD_OK;
     char *name = record_name(image);
     render_job guided = *job;
-    int ok = guide_learn(&g, job, &status);
-    guided.scene = g.scene;
-    if (ok && bootstrap_run(&b, &guided, &status)) {
-        ok = chains_start(&c, &guided, &b, &status) && name != NULL;
-        if (ok && which->chain >= c.count) {
-            char why[64];
-            snprintf(why, sizeof why, "there are %u, from 0 on", (unsigned)c.count);
-            ok = complain("no such chain", why);
-        } else if (ok) {
-            ok = run(&c, &guided, desc, &g, which, name);
-        }
-        bootstrap_free(&b);
-    }
-    if (status != VOLGRAD_OK) {
-        ok = check("chains", status);
+    int ok = name != NULL && start(&c, &b, &g, job, &guided, &status);
+    if (!ok) {
+        ok = check("chains", status) && check_memory(NULL);
+    } else if (which->chain >= c.count) {
+        char why[64];
+        snprintf(why, sizeof why, "there are %u, from 0 on", (unsigned)c.count);
+        ok = complain("no such chain", why);
+    } else {
+        ok = run(&c, &guided, desc, &g, which, name);
     }
     chains_free(&c);
+    bootstrap_free(&b);
     guide_free(&g);
     free(name);
     return ok;

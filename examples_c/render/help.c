@@ -55,7 +55,7 @@ static const char MORE_HELP[] =
     "      --large-step P     probability of a new, independent path (default 0.3)\n"
     "      --shift-every N    mutations per batch of shifted paths (default 4)\n"
     "      --debug-chain C:M  no image: prints mutation M of chain C, both from 0 on, with both its paths factor by factor, and\n"
-    "                         records it in FILE.record beside the image's name, for volgrad-replay\n"
+    "                         records it in FILE.record beside the image's name, for volgrad-replay; what has .nvdb volumes cannot be recorded\n"
     "\n"
     "      --quiet            no progress\n"
     "      --stats            print what was computed, to standard output\n"

@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")/../.."
 make=${MAKE:-make} build=${BUILD:-build} prefix=/opt/volgrad
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
-soname=libvolgrad.so.${version%%.*}
+soname=libvolgrad.so.$(sed -n 's/^#define VOLGRAD_ABI_VERSION //p' include/volgrad.h)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 stage=$work/stage
@@ -68,9 +68,13 @@ for version in 0.0 0.2 0.1.9 1.0; do
     try eval "! quietly cmake -S '$work/consumers/find_package' -B '$work/other' -DCMAKE_PREFIX_PATH='$stage$prefix' >/dev/null"
 done
 
-# CMake, with the sources. Cargo has compiled them before.
-try quietly cmake -S examples_c/consumers/add_subdirectory -B "$work/added"
-try quietly cmake --build "$work/added"
+# CMake, with the sources. Cargo has compiled them before; it need not be in the PATH.
+in_system() { # PROGRAM ARGUMENTS
+    PATH=$(getconf PATH) quietly "$@"
+}
+cmake=$(command -v cmake) cargo=$(command -v cargo)
+try in_system "$cmake" -S examples_c/consumers/add_subdirectory -B "$work/added" -Dvolgrad_CARGO="$cargo"
+try in_system "$cmake" --build "$work/added"
 try prints "$in_c" "$work/added/fog_c"
 try prints "$in_cpp" "$work/added/fog_cpp"
 try prints "$in_cpp" "$work/added/fog_cpp_shared"

@@ -1,5 +1,5 @@
-/* record_test PATH OTHER: a host with a homogeneous fog and a point light, and no renderer, records a path that it shifts; and the same file with
- * another seed, whose call asks about other rays. */
+/* record_test PATH OTHER: a host with a homogeneous fog and a point light, and no renderer, records a path that it shifts. It lists a phase
+ * function that no medium has. And the same file with another seed, whose call asks about other rays, and a pointer to that phase function. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,13 +21,29 @@ static int32_t answer(void *user, const volgrad_ray *rays, volgrad_hit *hits, ui
     return 0;
 }
 
+static double isotropic(void *user, double mu)
+{
+    (void)user, (void)mu;
+    return 0.25 / 3.14159265358979;
+}
+
+static double isotropic_cosine(void *user, double u)
+{
+    (void)user;
+    return 2 * u - 1;
+}
+
+static const volgrad_custom_phase unused = {.struct_size = sizeof unused, .eval = isotropic, .sample = isotropic_cosine};
+static const volgrad_custom_phase *const phases[1] = {&unused};
+
 static const char *record(const char *file)
 {
     volgrad_camera camera = {.width = 16, .height = 16, .crop_x1 = 16, .crop_y1 = 16, .medium = FOG, .forward = {0, 0, 1},
                              .right = {1, 0, 0}, .up = {0, 1, 0}, .tan_half_fov_x = 1};
     volgrad_medium fog = {.kind = VOLGRAD_MEDIUM_HOMOGENEOUS, .sigma_t = {.1f, .2f, .3f}, .albedo = {.9f, .9f, .9f}};
     volgrad_light lamp = {.kind = VOLGRAD_LIGHT_POINT, .medium = FOG, .emission = {9, 9, 9}, .sampling_weight = 1, .position = {0, 2, 3}};
-    volgrad_scene_desc desc = {.struct_size = sizeof desc, .media_count = 1, .light_count = 1, .camera = camera, .media = &fog, .lights = &lamp};
+    volgrad_scene_desc desc = {.struct_size = sizeof desc, .media_count = 1, .light_count = 1, .camera = camera, .media = &fog, .lights = &lamp,
+                               .phases = phases, .phase_count = 1};
     static _Alignas(16) char memory[8192];
     const volgrad_scene *scene;
     if (volgrad_scene_init(memory, sizeof memory, &desc, &scene, NULL) != VOLGRAD_OK) {
@@ -57,7 +73,7 @@ static const char *record(const char *file)
     return record_end(&r) ? NULL : "not written";
 }
 
-static const char *change_seed(const char *from, const char *to)
+static const char *change(const char *from, const char *to)
 {
     static _Alignas(16) char bytes[1 << 16];
     FILE *file = fopen(from, "rb");
@@ -67,6 +83,13 @@ static const char *change_seed(const char *from, const char *to)
     }
     for (size_t at = sizeof(record_head); at < count;) {
         record_chunk *chunk = (void *)(bytes + at);
+        if (memcmp(chunk->tag, "DESC", 4) == 0) {
+            volgrad_scene_desc *desc = (void *)(chunk + 1);
+            if (desc->phases != NULL || desc->phase_count != 0) {
+                return "a pointer was recorded";
+            }
+            desc->phases = phases, desc->phase_count = 1;
+        }
         if (memcmp(chunk->tag, "CALL", 4) == 0) {
             ((record_call *)(chunk + 1))->seed += 2; /* tiles begin elsewhere */
         }
@@ -84,7 +107,7 @@ static const char *change_seed(const char *from, const char *to)
 int main(int argc, char **argv)
 {
     const char *problem = argc == 3 ? record(argv[1]) : "two files are needed";
-    problem = problem != NULL ? problem : change_seed(argv[1], argv[2]);
+    problem = problem != NULL ? problem : change(argv[1], argv[2]);
     if (problem != NULL) {
         fprintf(stderr, "record_test: %s\n", problem);
     }
