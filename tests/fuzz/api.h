@@ -6,6 +6,7 @@
 #define API_H
 
 #include <math.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -69,6 +70,12 @@ static inline uint32_t size_near(input *in, size_t true_size) {
     return i < 7 ? odd[i] : (uint32_t)true_size - 4;
 }
 
+/* The same of a struct behind which nothing is known, or its size before it grew. */
+static inline uint32_t known_size(input *in, size_t true_size, size_t older_size) {
+    uint32_t size = size_near(in, true_size);
+    return size <= true_size ? size : (uint32_t)older_size;
+}
+
 static inline volgrad_rgb colour(input *in, float lo, float hi) {
     volgrad_rgb c;
     c.r = number(in, lo, hi);
@@ -93,7 +100,7 @@ static inline volgrad_vec3 direction(input *in) {
 
 /* ---- memory that is freed at the end of an input ---- */
 
-enum { MOST_BLOCKS = 64 };
+enum { MOST_BLOCKS = 128 };
 
 typedef struct arena {
     void *blocks[MOST_BLOCKS];
@@ -122,7 +129,7 @@ static inline void release(arena *a) {
 
 /* ---- a scene, and what it is made of ---- */
 
-enum { MOST_MEDIA = 3, MOST_MATERIALS = 4, MOST_LIGHTS = 4, MOST_BALLS = 4, MOST_SIDE = 12 };
+enum { MOST_MEDIA = 3, MOST_MATERIALS = 4, MOST_LIGHTS = 4, MOST_PHASES = 2, MOST_BALLS = 4, MOST_SIDE = 12 };
 
 /* The geometry: balls, which end a medium, or are surfaces, or lights. */
 typedef struct ball {
@@ -142,6 +149,8 @@ typedef struct world {
     /* Of 256 answers so many are nonsense, or none at all; state of the random numbers that decide. */
     uint32_t nonsense;
     uint32_t random;
+    /* Whether some callback of the scene answers nonsense, or not twice the same. */
+    int lies;
     /* What is left before every call is stopped, so that no input takes long. */
     uint32_t patience;
 } world;
@@ -169,25 +178,7 @@ static inline volgrad_camera decode_camera(input *in, uint32_t media_count) {
     return c;
 }
 
-static inline float density_of(void *user, volgrad_vec3 p) {
-    const float *bend = user;
-    float d = 1 + sinf(bend[0] * p.x) * sinf(bend[1] * p.y) * sinf(bend[2] * p.z);
-    return bend[3] * d; /* may be NaN or negative */
-}
-
-static inline void densities(void *user, const volgrad_vec3 *points, float *values, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) values[i] = density_of(user, points[i]);
-}
-
-static inline void density_gradients(void *user, const volgrad_vec3 *points, volgrad_vec3 *values, uint32_t count) {
-    const float *bend = user;
-    for (uint32_t i = 0; i < count; i++) {
-        const volgrad_vec3 p = points[i];
-        values[i].x = bend[3] * bend[0] * cosf(bend[0] * p.x) * sinf(bend[1] * p.y) * sinf(bend[2] * p.z);
-        values[i].y = bend[3] * bend[1] * sinf(bend[0] * p.x) * cosf(bend[1] * p.y) * sinf(bend[2] * p.z);
-        values[i].z = bend[3] * bend[2] * sinf(bend[0] * p.x) * sinf(bend[1] * p.y) * cosf(bend[2] * p.z);
-    }
-}
+#include "api_host.h"
 
 static inline void decode_box(input *in, volgrad_medium *m) {
     m->local_to_world[0] = m->local_to_world[5] = m->local_to_world[10] = number(in, 0.5f, 4);
@@ -195,61 +186,139 @@ static inline void decode_box(input *in, volgrad_medium *m) {
     else m->local_to_world[3] = m->local_to_world[7] = m->local_to_world[11] = -0.5f * m->local_to_world[0];
 }
 
-static inline void decode_grid(input *in, arena *a, volgrad_medium *m) {
-    m->nx = 1 + pick(in, 10), m->ny = 1 + pick(in, 10), m->nz = 1 + pick(in, 10);
-    float *values = take_array(a, sizeof(float) * m->nx * m->ny * m->nz);
-    uint32_t count = m->nx * m->ny * m->nz, sparse = pick(in, 4);
+/* Some bytes make all values: most of them are alike, or 0. */
+static inline float *decode_densities(input *in, arena *a, uint32_t count) {
+    float *values = take_array(a, count * sizeof *values);
+    uint32_t sparse = pick(in, 4);
     for (uint32_t i = 0, run = 0; i < count; i++) {
-        /* Some bytes make all values: most of them are alike, or 0. */
         if (run == 0) values[i] = sparse > 1 && pick(in, 2) ? 0 : number(in, 0, 1), run = 1 + pick(in, 40);
         else values[i] = sparse & 1 ? values[i - 1] : (float)(i * 7 % 13) / 13, run--;
     }
-    m->density = values;
+    return values;
+}
+
+static inline void decode_grid(input *in, arena *a, volgrad_medium *m) {
+    m->nx = 1 + pick(in, 10), m->ny = 1 + pick(in, 10), m->nz = 1 + pick(in, 10);
+    uint32_t count = m->nx * m->ny * m->nz;
+    m->density = decode_densities(in, a, count);
     if (hostile(in)) m->nx = below(in, 10); /* not larger: what is behind is unknown */
     if ((size_t)m->nx * m->ny * m->nz > count) m->nx = 0;
     if (hostile(in)) m->density = NULL;
 }
 
-static inline void decode_custom(input *in, arena *a, volgrad_medium *m) {
-    volgrad_custom_density *custom = take_array(a, sizeof *custom);
-    float *bend = take_array(a, 4 * sizeof *bend);
-    for (int i = 0; i < 4; i++) bend[i] = number(in, 0.1f, 3);
-    custom->struct_size = size_near(in, sizeof *custom);
-    if (custom->struct_size > sizeof *custom) custom->struct_size = 0; /* what is behind is unknown */
-    custom->user = bend;
+/* Blocks whose common layers differ, as no header allows, among them. */
+static inline void decode_sparse(input *in, arena *a, volgrad_medium *m) {
+    enum { MOST = 3, SIDE = 20 };
+    m->nx = 1 + pick(in, SIDE), m->ny = 1 + pick(in, SIDE), m->nz = 1 + pick(in, SIDE);
+    uint32_t bricks = (m->nx + 8) / 8 * ((m->ny + 8) / 8) * ((m->nz + 8) / 8);
+    volgrad_sparse_grid *grid = take_array(a, sizeof *grid);
+    uint32_t *blocks = take_array(a, bricks * sizeof *blocks);
+    grid->block_count = 1 + pick(in, MOST);
+    for (uint32_t i = 0; i < bricks; i++) blocks[i] = below(in, grid->block_count);
+    grid->density = decode_densities(in, a, grid->block_count * VOLGRAD_BLOCK_SAMPLES);
+    grid->blocks = hostile(in) ? NULL : blocks;
+    grid->struct_size = known_size(in, sizeof *grid, 8);
+    if (hostile(in)) grid->density = NULL;
+    if (hostile(in)) grid->block_count = pick(in, grid->block_count); /* not larger */
+    if (hostile(in)) m->nx = pick(in, m->nx);
+    m->custom = grid;
+}
+
+static inline void decode_custom(input *in, world *w, volgrad_medium *m) {
+    volgrad_custom_density *custom = take_array(&w->memory, sizeof *custom);
+    waves *user = take_array(&w->memory, sizeof *user);
+    for (int i = 0; i < 4; i++) user->bend[i] = number(in, 0.1f, 3);
+    custom->struct_size = known_size(in, sizeof *custom, offsetof(volgrad_custom_density, integrals));
+    custom->user = user;
     custom->density = hostile(in) ? NULL : densities;
     custom->gradient = hostile(in) ? NULL : density_gradients;
     custom->step = number(in, 0.05f, 1);
     if (custom->step > 0 && custom->step < 0.01f) custom->step = 0.01f; /* time */
     custom->majorant = number(in, 2, 8);
+    if (pick(in, 2)) custom->integrals = density_integrals, user->habit = decode_habit(in, w);
     m->custom = custom;
 }
 
-static inline void decode_medium(input *in, arena *a, volgrad_medium *m) {
-    m->kind = below(in, 3);
-    m->phase.kind = below(in, 2);
+static inline void decode_medium(input *in, world *w, volgrad_medium *m) {
+    m->kind = below(in, 4);
+    m->phase.kind = below(in, 3);
     m->phase.g = number(in, -0.99f, 0.99f);
+    if (m->phase.kind == VOLGRAD_PHASE_CUSTOM || hostile(in)) m->custom_phase = below(in, MOST_PHASES);
     m->sigma_t = colour(in, 0, 4);
     m->albedo = colour(in, 0, 1);
-    if (m->kind == VOLGRAD_MEDIUM_GRID || m->kind == VOLGRAD_MEDIUM_CUSTOM) decode_box(in, m);
-    if (m->kind == VOLGRAD_MEDIUM_GRID) decode_grid(in, a, m);
-    if (m->kind == VOLGRAD_MEDIUM_CUSTOM) decode_custom(in, a, m);
+    if (m->kind != VOLGRAD_MEDIUM_HOMOGENEOUS) decode_box(in, m);
+    if (m->kind == VOLGRAD_MEDIUM_GRID) decode_grid(in, &w->memory, m);
+    if (m->kind == VOLGRAD_MEDIUM_CUSTOM) decode_custom(in, w, m);
+    if (m->kind == VOLGRAD_MEDIUM_SPARSE_GRID) decode_sparse(in, &w->memory, m);
 }
 
-static inline void decode_material(input *in, volgrad_material *m) {
+static inline const volgrad_custom_phase *decode_phase(input *in, world *w) {
+    volgrad_custom_phase *custom = take_array(&w->memory, sizeof *custom);
+    habit *user = take_array(&w->memory, sizeof *user);
+    *user = decode_habit(in, w);
+    custom->struct_size = known_size(in, sizeof *custom, 8);
+    custom->user = user;
+    custom->eval = hostile(in) ? NULL : phase_value;
+    custom->sample = hostile(in) ? NULL : phase_cosine;
+    custom->log_derivative = pick(in, 2) ? phase_slope : NULL;
+    return hostile(in) ? NULL : custom;
+}
+
+static inline void decode_bsdf(input *in, world *w, volgrad_material *m) {
+    volgrad_custom_bsdf *custom = take_array(&w->memory, sizeof *custom);
+    habit *user = take_array(&w->memory, sizeof *user);
+    *user = decode_habit(in, w);
+    custom->struct_size = known_size(in, sizeof *custom, 8);
+    custom->flags = below(in, 2);
+    if (custom->flags == VOLGRAD_BSDF_TRANSMITS && !hostile(in)) m->flags = 0;
+    user->transmits = custom->flags == VOLGRAD_BSDF_TRANSMITS;
+    custom->user = user;
+    custom->eval = hostile(in) ? NULL : bsdf_value;
+    custom->pdf = hostile(in) ? NULL : bsdf_pdf;
+    custom->sample = hostile(in) ? NULL : bsdf_sample;
+    custom->log_gradient = pick(in, 2) ? bsdf_gradient : NULL;
+    m->custom = hostile(in) ? NULL : custom;
+}
+
+static inline void decode_material(input *in, world *w, volgrad_material *m) {
     static const float roughnesses[] = {0, 0.1f, 0.5f, 1e-4f};
-    m->kind = below(in, 4);
+    m->kind = below(in, 5);
     m->flags = below(in, 2);
     m->reflectance = colour(in, 0, 1);
     m->eta = number(in, 0.5f, 2);
     m->roughness = hostile(in) ? number(in, 0, 1) : roughnesses[pick(in, 4)];
     m->conductor_eta = colour(in, 0, 3);
     m->conductor_k = colour(in, 0, 4);
-    if (hostile(in)) m->custom = (const void *)m;
+    if (m->kind == VOLGRAD_MATERIAL_CUSTOM) decode_bsdf(in, w, m);
+    else if (hostile(in)) m->custom = (const void *)m;
 }
 
-static inline void decode_light(input *in, arena *a, volgrad_light *l, uint32_t media_count) {
-    l->kind = below(in, 8);
+static inline void decode_image(input *in, arena *a, volgrad_light *l) {
+    volgrad_vec3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
+    l->edge_u = x, l->edge_v = y, l->direction = z;
+    l->image_width = 1 + pick(in, 6), l->image_height = 2 + pick(in, 4);
+    uint32_t count = 3 * l->image_width * l->image_height;
+    float *image = take_array(a, count * sizeof *image);
+    for (uint32_t i = 0; i < count; i++) image[i] = i % 5 ? (float)(i % 3) : number(in, 0, 4);
+    l->image = hostile(in) ? NULL : image;
+    if (hostile(in)) l->image_height = pick(in, 2);
+}
+
+static inline void decode_shine(input *in, world *w, volgrad_light *l) {
+    volgrad_custom_light *custom = take_array(&w->memory, sizeof *custom);
+    habit *user = take_array(&w->memory, sizeof *user);
+    *user = decode_habit(in, w);
+    custom->struct_size = known_size(in, sizeof *custom, 8);
+    custom->user = user;
+    custom->emission = hostile(in) ? NULL : light_emission;
+    custom->pdf = hostile(in) ? NULL : sky_pdf;
+    custom->sample = hostile(in) ? NULL : sky_sample;
+    custom->log_gradient = pick(in, 2) ? light_gradient : NULL;
+    l->custom = hostile(in) ? NULL : custom;
+}
+
+static inline void decode_light(input *in, world *w, volgrad_light *l, uint32_t media_count) {
+    l->kind = below(in, 10);
     l->medium = next_byte(in) & 1 ? VOLGRAD_NONE : below(in, media_count);
     l->emission = colour(in, 0, 10);
     l->sampling_weight = number(in, 0.1f, 1);
@@ -260,17 +329,9 @@ static inline void decode_light(input *in, arena *a, volgrad_light *l, uint32_t 
     l->direction = direction(in);
     l->cos_inner = number(in, 0.5f, 1);
     l->cos_outer = number(in, -1, 0.5f);
-    if (l->kind == VOLGRAD_LIGHT_ENVIRONMENT_MAP) {
-        volgrad_vec3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
-        l->edge_u = x, l->edge_v = y, l->direction = z;
-        l->image_width = 1 + pick(in, 6), l->image_height = 2 + pick(in, 4);
-        uint32_t count = 3 * l->image_width * l->image_height;
-        float *image = take_array(a, count * sizeof *image);
-        for (uint32_t i = 0; i < count; i++) image[i] = i % 5 ? (float)(i % 3) : number(in, 0, 4);
-        l->image = hostile(in) ? NULL : image;
-        if (hostile(in)) l->image_height = pick(in, 2);
-    }
-    if (hostile(in)) l->custom = (const void *)l;
+    if (l->kind == VOLGRAD_LIGHT_ENVIRONMENT_MAP) decode_image(in, &w->memory, l);
+    if (l->kind == VOLGRAD_LIGHT_CUSTOM_SKY || l->kind == VOLGRAD_LIGHT_CUSTOM_POINT) decode_shine(in, w, l);
+    else if (hostile(in)) l->custom = (const void *)l;
 }
 
 static inline void decode_ball(input *in, const volgrad_scene_desc *d, ball *b) {
@@ -391,19 +452,25 @@ enum { MOST_RAYS = 20000 };
 static inline void decode_desc(input *in, world *w) {
     memset(w, 0, sizeof *w);
     volgrad_scene_desc *d = &w->desc;
-    d->struct_size = size_near(in, sizeof *d);
-    if (d->struct_size > sizeof *d) d->struct_size = 0;
+    d->struct_size = known_size(in, sizeof *d, offsetof(volgrad_scene_desc, phases));
     d->media_count = pick(in, MOST_MEDIA + 1), d->material_count = pick(in, MOST_MATERIALS + 1);
     d->light_count = pick(in, MOST_LIGHTS + 1);
     volgrad_medium *media = take_array(&w->memory, d->media_count * sizeof *media);
     volgrad_material *materials = take_array(&w->memory, d->material_count * sizeof *materials);
     volgrad_light *lights = take_array(&w->memory, d->light_count * sizeof *lights);
-    for (uint32_t i = 0; i < d->media_count; i++) decode_medium(in, &w->memory, &media[i]);
-    for (uint32_t i = 0; i < d->material_count; i++) decode_material(in, &materials[i]);
-    for (uint32_t i = 0; i < d->light_count; i++) decode_light(in, &w->memory, &lights[i], d->media_count);
+    for (uint32_t i = 0; i < d->media_count; i++) decode_medium(in, w, &media[i]);
+    for (uint32_t i = 0; i < d->material_count; i++) decode_material(in, w, &materials[i]);
+    for (uint32_t i = 0; i < d->light_count; i++) decode_light(in, w, &lights[i], d->media_count);
     d->camera = decode_camera(in, d->media_count);
     d->media = media, d->materials = materials, d->lights = lights;
     if (next_byte(in) & 1) d->bounds_radius = number(in, 1, 10);
+    int custom = hostile(in);
+    for (uint32_t i = 0; i < d->media_count; i++) custom |= media[i].phase.kind == VOLGRAD_PHASE_CUSTOM;
+    if (!custom) return;
+    const volgrad_custom_phase **phases = take_array(&w->memory, MOST_PHASES * sizeof *phases);
+    for (uint32_t i = 0; i < MOST_PHASES; i++) phases[i] = decode_phase(in, w);
+    d->phases = hostile(in) ? NULL : phases;
+    d->phase_count = hostile(in) ? pick(in, MOST_PHASES) : MOST_PHASES;
 }
 
 /* NULL if the description is refused, as many are. */

@@ -29,6 +29,22 @@ static volgrad_chain_stats no_stats(void) {
     return stats;
 }
 
+/* What a peek says is what the next mutation does, if the host answers twice the same. */
+static void peek(input *in, world *w, volgrad_chain *chain, const volgrad_chain_options *options, volgrad_film *film) {
+    uint32_t capacity = hostile(in) ? pick(in, 8) : options->max_length + 1;
+    volgrad_vertex *current = take_array(&w->memory, capacity * sizeof *current);
+    volgrad_vertex *proposed = take_array(&w->memory, capacity * sizeof *proposed);
+    volgrad_chain_mutation next;
+    volgrad_chain_stats stats = no_stats();
+    memset(&next, 0, sizeof next);
+    next.struct_size = known_size(in, sizeof next, 8);
+    volgrad_status status = volgrad_chain_peek(chain, w->scene, &w->queries, &next, current, proposed, capacity);
+    if (status != VOLGRAD_OK || volgrad_chain_run(chain, w->scene, &w->queries, 1, film, &stats) != VOLGRAD_OK) return;
+    MUST(next.current.vertex_count <= capacity && next.proposed.vertex_count <= capacity);
+    if (w->lies || w->nonsense > 0) return;
+    MUST(stats.large_steps == next.large && stats.large_accepted + stats.small_accepted == next.accepted);
+}
+
 static void run_chain(input *in, world *w, const volgrad_chain_options *options, const volgrad_chain_techniques *techniques,
                       const volgrad_chain_start *start, volgrad_film *film) {
     size_t bytes;
@@ -51,6 +67,7 @@ static void run_chain(input *in, world *w, const volgrad_chain_options *options,
     volgrad_status status = volgrad_chain_run(chain, w->scene, &w->queries, MUTATIONS, film, &stats);
     MUST(status != VOLGRAD_OK || stats.large_steps + stats.small_steps == MUTATIONS);
     volgrad_chain_flush(chain, w->scene, &w->queries, film, &stats);
+    peek(in, w, chain, options, film);
     w->ball_count = was;
     volgrad_chain_run(chain, w->scene, &w->queries, MUTATIONS, film, NULL);
 }

@@ -45,6 +45,18 @@ static volgrad_path decode_path(input *in, world *w) {
     return path;
 }
 
+/* All of the report, and as much of it as there is room for. */
+static void report(input *in, world *w, const volgrad_path *path) {
+    size_t length = 0, again = 0, room = hostile(in) ? 1 : 1 + pick(in, 200);
+    if (volgrad_path_report(w->scene, path, NULL, 0, &length) != VOLGRAD_OK) return;
+    char *whole = take_array(&w->memory, length + 1), *part = take_array(&w->memory, room);
+    MUST(volgrad_path_report(w->scene, path, whole, length + 1, &again) == VOLGRAD_OK);
+    MUST(w->lies || (again == length && strlen(whole) == length));
+    MUST(volgrad_path_report(w->scene, path, part, room, &again) == VOLGRAD_OK);
+    size_t written = room - 1 < again ? room - 1 : again;
+    MUST(strlen(part) == written && (w->lies || strncmp(part, whole, written) == 0));
+}
+
 static void use_path(input *in, world *w, const volgrad_path *path) {
     volgrad_error error = {sizeof error, 0, NULL};
     volgrad_gradient gradient;
@@ -52,6 +64,7 @@ static void use_path(input *in, world *w, const volgrad_path *path) {
     double f[3];
     volgrad_path_validate(w->scene, path, &error);
     volgrad_path_contribution(w->scene, path, f);
+    report(in, w, path);
     volgrad_path_factor *factors = take_array(&w->memory, path->vertex_count * sizeof *factors);
     volgrad_path_factors(w->scene, path, factors, path->vertex_count);
     MUST(volgrad_path_factors(w->scene, path, factors, path->vertex_count - (path->vertex_count > 0)) != VOLGRAD_OK);
@@ -71,17 +84,41 @@ static void shift(input *in, world *w, const volgrad_path *path) {
     uint64_t seed = next_byte(in), index = next_byte(in);
     volgrad_status status = volgrad_shift_path(w->scene, queries, &options, path, colour(in, 0, 10), seed, index, splats, capacity, &count);
     MUST(status == VOLGRAD_OK ? count <= capacity : count == 0);
+    uint32_t x = below(in, MOST_SIDE), y = below(in, MOST_SIDE), bounds[4];
+    if (volgrad_shift_tile(w->scene, &options, seed, x, y, bounds) != VOLGRAD_OK) return;
+    MUST(bounds[0] <= x && x < bounds[2] && bounds[1] <= y && y < bounds[3]);
+}
+
+/* All at once, the first of them often twice: neighbours that have everything in common. */
+static void shift_all(input *in, world *w, volgrad_path *paths, uint32_t path_count) {
+    volgrad_shift_options options;
+    volgrad_rgb weights[MOST_PATHS];
+    decode_shift(in, &options);
+    if (path_count > 1 && pick(in, 2)) paths[1] = paths[0];
+    for (uint32_t i = 0; i < path_count; i++) weights[i] = colour(in, 0, 10);
+    uint32_t capacity = path_count * (VOLGRAD_MAX_SHIFTS + 1), count = 0;
+    if (hostile(in)) capacity = pick(in, 40);
+    volgrad_splat *splats = take_array(&w->memory, capacity * sizeof *splats);
+    const volgrad_queries *queries = hostile(in) ? NULL : &w->queries;
+    uint64_t seed = next_byte(in), index = hostile(in) ? UINT64_MAX : next_byte(in);
+    volgrad_status status =
+        volgrad_shift_paths(w->scene, queries, &options, paths, weights, path_count, seed, index, splats, capacity, &count);
+    MUST(status == VOLGRAD_OK ? count <= capacity && count <= path_count * (options.count + 1) : count == 0);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     input in = {data, size};
     world w;
     int with_scene = decode_world(&in, &w) != NULL;
-    for (int i = 0; with_scene && i < MOST_PATHS && in.size > 0; i++) {
-        volgrad_path path = decode_path(&in, &w);
-        use_path(&in, &w, &path);
-        shift(&in, &w, &path);
+    volgrad_path paths[MOST_PATHS];
+    uint32_t count = 0;
+    while (with_scene && count < MOST_PATHS && in.size > 0) {
+        volgrad_path *path = &paths[count++];
+        *path = decode_path(&in, &w);
+        use_path(&in, &w, path);
+        shift(&in, &w, path);
     }
+    if (with_scene) shift_all(&in, &w, paths, count);
     release(&w.memory);
     return 0;
 }

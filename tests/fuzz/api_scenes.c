@@ -56,7 +56,7 @@ static void lines(input *in, world *w) {
 }
 
 static void phases(input *in) {
-    volgrad_phase phase = {below(in, 2), number(in, -0.99f, 0.99f)};
+    volgrad_phase phase = {below(in, 3), number(in, -0.99f, 0.99f)};
     volgrad_vec3 previous = hostile(in) ? point(in) : direction(in), next = direction(in);
     volgrad_phase_value value;
     double u0 = number(in, 0, 1), u1 = number(in, 0, 1);
@@ -74,6 +74,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     phases(&in);
     uint64_t dropped;
     MUST((volgrad_scene_dropped_densities(w.scene, &dropped) == VOLGRAD_OK) == with_scene);
+    MUST((volgrad_scene_dropped_values(w.scene, &dropped) == VOLGRAD_OK) == with_scene);
     release(&w.memory);
     return 0;
 }
