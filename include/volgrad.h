@@ -238,7 +238,8 @@ enum volgrad_status
   VOLGRAD_ERROR_OTHER_PATH = 18,
   // A bug in the library or one of its dependencies; nothing of the call can be relied on.
   VOLGRAD_ERROR_INTERNAL = 19,
-  // What is asked for needs the derivative of a custom material, phase function or light that has no `log_gradient`.
+  // What is asked for needs the derivative of a custom material or light that has no `log_gradient`, or of a custom phase function
+  // that has no `log_derivative`.
   VOLGRAD_ERROR_NO_GRADIENT = 20,
 };
 #ifndef __cplusplus
@@ -1364,7 +1365,9 @@ volgrad_status volgrad_phase_invert(const struct volgrad_phase *phase,
 // as long as their edges, vertices inside their media, x_0 on the lens, and the last vertex where its point, spot or directional light is.
 // Where area lights and surfaces are only the host knows. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
 // Paths that fail this are safe to hand over, but what comes back has no meaning.
-// Costs a pass over vertices and segments. `VOLGRAD_ERROR_NOT_FINITE`: a position is not finite, or a normal or direction no unit vector.
+// Costs a pass over vertices and segments. `VOLGRAD_ERROR_NOT_FINITE`: a position is not finite, or a normal or direction no unit vector;
+// `VOLGRAD_ERROR_RANGE`: x_0 is off the lens, or the last vertex not where its light is; `VOLGRAD_ERROR_SEGMENTS`: as for all functions on
+// paths, and if an edge has more than `VOLGRAD_MAX_SEGMENTS`.
 volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const struct volgrad_path *path, struct volgrad_error *error);
 
 // Describes a path in English, to find mistakes by: each vertex, each factor of f and of the log-gradient under its name in

@@ -4,7 +4,7 @@
 //! Single precision appears where values cross to the host (`Vec3`, `Rgb`).
 
 pub use glam::{BVec4, DAffine3, DMat3, DVec2, DVec3, DVec4};
-pub use libm::{acos, atan2, cos, exp, expm1, floor, log1p, sin, sqrt};
+pub use libm::{acos, atan2, cos, exp, expm1, floor, log1p, pow, round, sin, sqrt};
 
 use core::f64::consts::PI;
 
@@ -51,6 +51,29 @@ impl From<Colour> for Rgb {
     fn from(c: Colour) -> Self {
         Self { r: c.x as f32, g: c.y as f32, b: c.z as f32 }
     }
+}
+
+/// Vectors of the host count as unit vectors, and as orthogonal, within this.
+pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// Whether a host's vector counts as one of unit length.
+pub fn is_unit(v: DVec3) -> bool {
+    (v.length() - 1.0).abs() < UNIT_TOLERANCE
+}
+
+/// Whether a host's colour is one: finite, and nowhere negative.
+pub fn is_colour(c: Colour) -> bool {
+    c.is_finite() && c.min_element() >= 0.0
+}
+
+/// A host's colour; black if it is none.
+pub fn colour_or_black(c: Colour) -> Colour {
+    if is_colour(c) { c } else { Colour::ZERO }
+}
+
+/// A host's density; 0 if it is none.
+pub fn positive_or_zero(value: f64) -> f64 {
+    if value > 0.0 && value.is_finite() { value } else { 0.0 }
 }
 
 /// Luminance weights of linear Rec. 709 RGB (Y of CIE XYZ, D65).

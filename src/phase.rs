@@ -3,7 +3,7 @@
 //! The angle's cosine `c` is the dot product of the two unit vectors that point *away* from the scattering vertex: straight on is
 //! c = −1. Source: `[Lu20 (9), (23)]` with the sign as in ARCHITECTURE.md (the thesis prints it flipped).
 
-use crate::math::{DVec2, DVec3, around_direction, direction_around, sqrt};
+use crate::math::{DVec2, DVec3, around_direction, direction_around, positive_or_zero, sqrt};
 use core::f64::consts::PI;
 use core::fmt::Debug;
 
@@ -15,8 +15,11 @@ pub trait PhaseFunction: Debug + Sync {
     /// A cosine from a uniform number in (0, 1), of density 2π times the value.
     fn sample(&self, u: f64) -> f64;
 
-    /// ∂log(value)/∂mu; None, for all cosines, if it is not known.
-    fn log_derivative(&self, mu: f64) -> Option<f64>;
+    /// Whether it knows its derivative.
+    fn has_log_derivative(&self) -> bool;
+
+    /// ∂log(value)/∂mu, where the value is > 0; any number if it is not known.
+    fn log_derivative(&self, mu: f64) -> f64;
 }
 
 /// Light turns by angles of a density that is the same in all directions around the one that it comes from.
@@ -48,10 +51,7 @@ impl Phase {
                 let d = 1.0 + g * g + 2.0 * g * c;
                 (1.0 - g * g) / (4.0 * PI * d * sqrt(d))
             }
-            Self::Custom(custom) => {
-                let value = custom.eval((-c).clamp(-1.0, 1.0));
-                if value > 0.0 && value.is_finite() { value } else { 0.0 }
-            }
+            Self::Custom(custom) => positive_or_zero(custom.eval((-c).clamp(-1.0, 1.0))),
         }
     }
 
@@ -61,7 +61,7 @@ impl Phase {
             Self::HenyeyGreenstein { g } => -3.0 * g / (1.0 + g * g + 2.0 * g * c),
             Self::Custom(custom) => {
                 let slope = custom.log_derivative((-c).clamp(-1.0, 1.0));
-                slope.filter(|slope| slope.is_finite()).map_or(0.0, |slope| -slope)
+                if slope.is_finite() { -slope } else { 0.0 }
             }
         }
     }
@@ -69,7 +69,7 @@ impl Phase {
     pub fn has_derivative(self) -> bool {
         match self {
             Self::HenyeyGreenstein { .. } => true,
-            Self::Custom(custom) => custom.log_derivative(0.0).is_some(),
+            Self::Custom(custom) => custom.has_log_derivative(),
         }
     }
 

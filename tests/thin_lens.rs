@@ -114,6 +114,25 @@ fn paths_start_on_the_lens() {
     );
 }
 
+/// Far from the origin single precision keeps less of a point than a small lens is wide.
+#[test]
+fn small_lenses_far_away_have_valid_points() {
+    let position = DVec3::new(1e4, -1e4, 1e4);
+    let camera = Camera { lens_radius: 0.01, position, near_clip: 0.0, ..lens_camera() };
+    let world = World::new(camera)
+        .medium([-3e4; 3], [3e4; 3], homogeneous([0.5; 3], [0.9; 3], 0.6))
+        .light(Light::Point { position: position + DVec3::Z, intensity: Colour::ONE }, 1.0);
+    let validate = |radius: f64, angle: f64| {
+        let on_lens = radius * DVec3::new(angle.cos(), angle.sin(), 0.0);
+        let vertices = vertices(position + on_lens, position + DVec3::new(0.0, 1.0, 1.0), position + DVec3::Z);
+        Path { vertices: &vertices, segments: &FOG, edge_ends: &[1, 2] }.validate(&world.scene())
+    };
+    for i in 0..64 {
+        assert_eq!(validate(0.01, f64::from(i)), Ok(()));
+        assert_eq!(validate(0.1, f64::from(i)), Err(PathErrorKind::Misplaced.at(0)));
+    }
+}
+
 /// Steps of 1/256 are exact in single precision; central differences err by their square.
 #[test]
 fn gradient_is_that_of_the_contribution() {

@@ -2,7 +2,7 @@
 
 use super::status::{Fault, volgrad_status::*};
 use super::types::*;
-use crate::math::{Colour, DAffine3, DMat3, DVec3, Rgb, Vec3};
+use crate::math::{Colour, DAffine3, DMat3, DVec3, Rgb, UNIT_TOLERANCE, Vec3, is_unit};
 use crate::medium::NONE;
 use crate::phase::Phase;
 use crate::scene::{
@@ -36,8 +36,12 @@ impl Place {
     /// A unit vector; what single precision lacks in length is mended.
     pub fn unit(self, value: Vec3) -> Result<DVec3, Fault> {
         let v = self.point(value)?;
-        let unit = (v.length() - 1.0).abs() < UNIT_TOLERANCE;
-        if unit { Ok(v.normalize()) } else { Err(VOLGRAD_ERROR_NOT_FINITE.at(self.0, self.1)) }
+        if is_unit(v) { Ok(v.normalize()) } else { Err(VOLGRAD_ERROR_NOT_FINITE.at(self.0, self.1)) }
+    }
+
+    /// A field that has no meaning yet.
+    pub fn reserved(self, value: u32) -> Result<(), Fault> {
+        if value == 0 { Ok(()) } else { self.range() }
     }
 
     fn kind<T>(self) -> Result<T, Fault> {
@@ -48,9 +52,6 @@ impl Place {
         Err(VOLGRAD_ERROR_RANGE.at(self.0, self.1))
     }
 }
-
-/// Vectors of the host count as unit vectors, and as orthogonal, within this.
-const UNIT_TOLERANCE: f64 = 1e-3;
 
 pub fn not_negative(v: f64) -> bool {
     v >= 0.0
@@ -124,7 +125,7 @@ pub fn phase(p: &volgrad_phase, place: Place) -> Result<Phase, Fault> {
 /// The colours of medium `i`.
 pub fn medium(m: &volgrad_medium, i: usize) -> Result<(Colour, Colour), Fault> {
     if !matches!(m.kind, VOLGRAD_MEDIUM_CUSTOM | VOLGRAD_MEDIUM_SPARSE_GRID) && !m.custom.is_null() {
-        return Place(c"media: a reserved field", i).range();
+        return Place(c"media.custom", i).range();
     }
     Ok((Place(c"media.sigma_t", i).colour(m.sigma_t, not_negative)?, Place(c"media.albedo", i).colour(m.albedo, share)?))
 }
@@ -154,7 +155,7 @@ pub fn grid_transform(m: &volgrad_medium, i: usize) -> Result<DAffine3, Fault> {
 
 pub fn material(m: &volgrad_material, i: usize) -> Result<Bsdf<'static>, Fault> {
     if !m.custom.is_null() {
-        return Place(c"materials: a reserved field", i).range();
+        return Place(c"materials.custom", i).range();
     }
     if m.flags & !VOLGRAD_MATERIAL_TWO_SIDED != 0 {
         return Place(c"materials.flags", i).kind();
@@ -212,7 +213,7 @@ pub fn light<'a>(
     map: impl FnOnce(DMat3, Colour) -> Result<EnvironmentMap<'a>, Fault>,
 ) -> Result<Light<'a>, Fault> {
     if !l.custom.is_null() {
-        return Place(c"lights: a reserved field", i).range();
+        return Place(c"lights.custom", i).range();
     }
     let emission = Place(c"lights.emission", i).colour(l.emission, not_negative)?;
     let position = || Place(c"lights.position", i).point(l.position);

@@ -5,7 +5,7 @@ use super::custom::Host;
 use super::pointer::sized;
 use super::status::{Fault, volgrad_status::*};
 use super::types::{VOLGRAD_MATERIAL_TWO_SIDED, volgrad_material};
-use crate::math::{Colour, DVec2, DVec3, Rgb, Vec3};
+use crate::math::{Colour, DVec2, DVec3, Rgb, Vec3, is_colour, is_unit};
 use crate::scene::{Bsdf, BsdfFunction, CustomBsdf, Reflector};
 
 impl BsdfFunction for Host<volgrad_custom_bsdf> {
@@ -20,7 +20,7 @@ impl BsdfFunction for Host<volgrad_custom_bsdf> {
             unsafe { eval(self.table.user, to_camera.into(), to_light.into(), &mut value) };
         }
         let value = value.wide();
-        self.checked(value, value.is_finite() && value.min_element() >= 0.0)
+        self.checked(value, is_colour(value))
     }
 
     fn pdf(&self, to_camera: DVec3, to_light: DVec3) -> f64 {
@@ -39,7 +39,7 @@ impl BsdfFunction for Host<volgrad_custom_bsdf> {
             return None;
         }
         let l = to_light.wide();
-        let ok = CustomBsdf::is_direction(l) && eta_squared > 0.0 && eta_squared.is_finite();
+        let ok = is_unit(l) && eta_squared > 0.0 && eta_squared.is_finite();
         Some(self.checked((l, eta_squared.into()), ok))
     }
 

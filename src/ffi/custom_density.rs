@@ -7,7 +7,7 @@ use super::pointer::sized_since;
 use super::status::{Fault, volgrad_status::*};
 use super::types::volgrad_medium;
 use crate::math::{DVec3, Vec3};
-use crate::medium::{Custom, DensityField, Moments, Stretch};
+use crate::medium::{Custom, DensityField, IntegratedField, Moments, Stretch};
 use core::mem::offset_of;
 
 /// Points that fit on the stack while they are converted.
@@ -47,7 +47,9 @@ impl DensityField for Host<volgrad_custom_density> {
             self.table.ask(function, Vec3::default(), points, gradients, convert);
         }
     }
+}
 
+impl IntegratedField for Host<volgrad_custom_density> {
     fn moments(&self, stretch: &Stretch, gradients: bool) -> Moments {
         let Some(function) = self.table.integrals else { return Moments::default() };
         let Stretch { origin, direction, start, end } = *stretch;
@@ -73,6 +75,7 @@ pub(super) unsafe fn host(m: &volgrad_medium, i: usize) -> Result<Host<volgrad_c
     // SAFETY: the caller's promise.
     let table =
         unsafe { sized_since(m.custom.cast::<volgrad_custom_density>(), FIRST) }.map_err(|s| s.at(c"media.custom", i))?;
+    Place(c"media.custom.reserved", i).reserved(table.reserved)?;
     if table.density.is_none() || table.gradient.is_none() {
         return Err(VOLGRAD_ERROR_NULL.at(c"media.custom.density, media.custom.gradient", i));
     }

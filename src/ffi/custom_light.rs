@@ -6,7 +6,7 @@ use super::custom::Host;
 use super::pointer::sized;
 use super::status::{Fault, volgrad_status::*};
 use super::types::{VOLGRAD_LIGHT_CUSTOM_POINT, VOLGRAD_LIGHT_CUSTOM_SKY, volgrad_light};
-use crate::math::{Colour, DVec2, DVec3, Rgb, Vec3};
+use crate::math::{Colour, DVec2, DVec3, Rgb, Vec3, is_colour, is_unit};
 use crate::scene::{CustomProfile, CustomSky, Light, ProfileFunction, SkyFunction};
 
 impl Host<volgrad_custom_light> {
@@ -17,7 +17,7 @@ impl Host<volgrad_custom_light> {
             unsafe { emission(self.table.user, direction.into(), &mut value) };
         }
         let value = value.wide();
-        self.checked(value, value.is_finite() && value.min_element() >= 0.0)
+        self.checked(value, is_colour(value))
     }
 }
 
@@ -38,7 +38,7 @@ impl SkyFunction for Host<volgrad_custom_light> {
         // SAFETY: as above.
         let shines = unsafe { self.table.sample?(self.table.user, [u.x, u.y].as_ptr(), &mut to_sky) };
         let to_sky = to_sky.wide();
-        (shines != 0).then(|| self.checked(to_sky, CustomSky::is_direction(to_sky)))
+        (shines != 0).then(|| self.checked(to_sky, is_unit(to_sky)))
     }
 }
 
@@ -67,6 +67,7 @@ pub(super) fn is_custom(l: &volgrad_light) -> bool {
 pub(super) unsafe fn host(l: &volgrad_light, i: usize) -> Result<Host<volgrad_custom_light>, Fault> {
     // SAFETY: the caller's promise.
     let table = unsafe { sized(l.custom) }.map_err(|s| s.at(c"lights.custom", i))?;
+    Place(c"lights.custom.reserved", i).reserved(table.reserved)?;
     if table.emission.is_none() {
         return Err(VOLGRAD_ERROR_NULL.at(c"lights.custom.emission", i));
     }

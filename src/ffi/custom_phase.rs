@@ -1,6 +1,7 @@
 //! Phase functions that the host computes.
 
 use super::callbacks::volgrad_custom_phase;
+use super::convert::Place;
 use super::custom::Host;
 use super::pointer::sized;
 use super::status::{Fault, volgrad_status::*};
@@ -20,9 +21,14 @@ impl PhaseFunction for Host<volgrad_custom_phase> {
         self.checked(mu, mu.abs() <= 1.0)
     }
 
-    fn log_derivative(&self, mu: f64) -> Option<f64> {
-        let slope = unsafe { self.table.log_derivative?(self.table.user, mu) };
-        Some(self.checked(slope, slope.is_finite()))
+    fn has_log_derivative(&self) -> bool {
+        self.table.log_derivative.is_some()
+    }
+
+    fn log_derivative(&self, mu: f64) -> f64 {
+        let Some(log_derivative) = self.table.log_derivative else { return 0.0 };
+        let slope = unsafe { log_derivative(self.table.user, mu) };
+        self.checked(slope, slope.is_finite())
     }
 }
 
@@ -33,6 +39,7 @@ impl PhaseFunction for Host<volgrad_custom_phase> {
 pub(super) unsafe fn host(pointer: *const volgrad_custom_phase, i: usize) -> Result<Host<volgrad_custom_phase>, Fault> {
     // SAFETY: the caller's promise.
     let table = unsafe { sized(pointer) }.map_err(|s| s.at(c"phases", i))?;
+    Place(c"phases.reserved", i).reserved(table.reserved)?;
     if table.eval.is_none() || table.sample.is_none() {
         return Err(VOLGRAD_ERROR_NULL.at(c"phases.eval, phases.sample", i));
     }

@@ -152,7 +152,9 @@ pub(super) unsafe fn path<'a>(pointer: *const volgrad_path) -> Result<Path<'a>, 
 /// as long as their edges, vertices inside their media, x_0 on the lens, and the last vertex where its point, spot or directional light is.
 /// Where area lights and surfaces are only the host knows. `error` may be NULL; its index is the vertex, or the one that an edge starts at.
 /// Paths that fail this are safe to hand over, but what comes back has no meaning.
-/// Costs a pass over vertices and segments. `VOLGRAD_ERROR_NOT_FINITE`: a position is not finite, or a normal or direction no unit vector.
+/// Costs a pass over vertices and segments. `VOLGRAD_ERROR_NOT_FINITE`: a position is not finite, or a normal or direction no unit vector;
+/// `VOLGRAD_ERROR_RANGE`: x_0 is off the lens, or the last vertex not where its light is; `VOLGRAD_ERROR_SEGMENTS`: as for all functions on
+/// paths, and if an edge has more than `VOLGRAD_MAX_SEGMENTS`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn volgrad_path_validate(
     scene: *const volgrad_scene,

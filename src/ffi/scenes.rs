@@ -76,6 +76,7 @@ impl<'a> Description<'a> {
     unsafe fn read(pointer: *const volgrad_scene_desc) -> Result<Self, Fault> {
         // SAFETY: the caller's promise, here and below.
         let desc = unsafe { sized_since(pointer, FIRST_DESC) }?;
+        Place(c"reserved", 0).reserved(desc.reserved)?;
         Ok(Self {
             camera: desc.camera,
             media: unsafe { array(desc.media, desc.media_count as usize) }.map_err(|s| s.at(c"media", 0))?,
@@ -88,7 +89,7 @@ impl<'a> Description<'a> {
     }
 
     fn brick_count(&self) -> Result<usize, Fault> {
-        self.media.iter().enumerate().map(|(i, m)| grids::brick_count(m, i)).sum()
+        total(self.media.iter().enumerate().map(|(i, m)| grids::brick_count(m, i)))
     }
 
     fn custom_media(&self) -> impl Iterator<Item = (usize, &volgrad_medium)> {
@@ -105,11 +106,10 @@ impl<'a> Description<'a> {
 
     /// Length of the running sums that environment maps are sampled with.
     fn sum_count(&self) -> Result<usize, Fault> {
-        let counts = self.lights.iter().enumerate().map(|(i, l)| match convert::texel_count(l, i)? {
+        total(self.lights.iter().enumerate().map(|(i, l)| match convert::texel_count(l, i)? {
             0 => Ok(0),
             _ => Ok(sums_of(l)),
-        });
-        counts.sum()
+        }))
     }
 
     fn layout(&self) -> Result<Layout, Fault> {
@@ -152,6 +152,11 @@ impl<'a> Description<'a> {
             bytes: end,
         })
     }
+}
+
+/// The sum of counts, which 32 bits may be too few for.
+fn total(mut counts: impl Iterator<Item = Result<usize, Fault>>) -> Result<usize, Fault> {
+    counts.try_fold(0usize, |total, count| total.checked_add(count?).ok_or(VOLGRAD_ERROR_RANGE.into()))
 }
 
 /// For a light with an image.

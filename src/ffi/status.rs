@@ -47,7 +47,8 @@ pub enum volgrad_status {
     VOLGRAD_ERROR_OTHER_PATH = 18,
     /// A bug in the library or one of its dependencies; nothing of the call can be relied on.
     VOLGRAD_ERROR_INTERNAL = 19,
-    /// What is asked for needs the derivative of a custom material, phase function or light that has no `log_gradient`.
+    /// What is asked for needs the derivative of a custom material or light that has no `log_gradient`, or of a custom phase function
+    /// that has no `log_derivative`.
     VOLGRAD_ERROR_NO_GRADIENT = 20,
 }
 
@@ -77,7 +78,7 @@ impl volgrad_status {
             VOLGRAD_ERROR_OTHER_PATH => c"the chain belongs to another scene, or its start to other samples",
             VOLGRAD_ERROR_INTERNAL => c"internal error",
             VOLGRAD_ERROR_NO_GRADIENT => {
-                c"a custom material, phase function or light without log_gradient; choose a mode without derivatives"
+                c"this needs the derivative of a custom material, phase function or light whose table has none"
             }
         }
     }

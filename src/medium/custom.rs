@@ -20,11 +20,12 @@ pub trait DensityField: Debug + Sync {
     fn densities(&self, points: &[DVec3], densities: &mut [f64]);
     /// Fills `gradients`, as long as `points`, 1/world unit.
     fn gradients(&self, points: &[DVec3], gradients: &mut [DVec3]);
-    /// Integrals of ρ, and if asked for of ∇ρ and t·∇ρ, along a stretch inside the box, exactly; the ends are left out. Only
-    /// [`Custom::exact`] needs them.
-    fn moments(&self, _stretch: &Stretch, _gradients: bool) -> Moments {
-        Moments::default()
-    }
+}
+
+/// One whose line integrals the host has too.
+pub trait IntegratedField: DensityField {
+    /// Integrals of ρ, and if asked for of ∇ρ and t·∇ρ, along a stretch inside the box, exactly; the ends are left out.
+    fn moments(&self, stretch: &Stretch, gradients: bool) -> Moments;
 }
 
 /// A density field inside a box, 0 outside.
@@ -35,8 +36,8 @@ pub struct Custom<'a> {
     pub(super) to_box: DAffine3,
     pub(super) step: f64,
     pub(super) majorant: f64,
-    /// Whether the host integrates: medium/exact.rs.
-    pub(super) exact: bool,
+    /// The same field, if the host integrates it: medium/exact.rs.
+    pub(super) exact: Option<&'a dyn IntegratedField>,
 }
 
 /// Panels along the longest chord of a box.
@@ -55,7 +56,7 @@ impl<'a> Custom<'a> {
     pub fn new(field: &'a dyn DensityField, box_to_world: DAffine3, step: f64, majorant: f64) -> Option<Self> {
         let m = box_to_world.matrix3;
         let longest = m.x_axis.length() + m.y_axis.length() + m.z_axis.length();
-        (longest / step <= MAX_PANELS).then(|| Self { field, to_box: box_to_world.inverse(), step, majorant, exact: false })
+        (longest / step <= MAX_PANELS).then(|| Self { field, to_box: box_to_world.inverse(), step, majorant, exact: None })
     }
 
     pub fn at(&self, x: DVec3) -> f64 {
@@ -72,8 +73,8 @@ impl<'a> Custom<'a> {
     }
 
     pub fn integral(&self, stretch: &Stretch) -> f64 {
-        if self.exact {
-            return self.exact_integral(stretch);
+        if let Some(field) = self.exact {
+            return self.exact_integral(field, stretch);
         }
         let mut total = 0.0;
         let _ = self.walk(stretch, false, |panel| {
@@ -84,8 +85,8 @@ impl<'a> Custom<'a> {
     }
 
     pub fn invert(&self, stretch: &Stretch, target: f64) -> Inversion {
-        if self.exact {
-            return self.exact_invert(stretch, target);
+        if let Some(field) = self.exact {
+            return self.exact_invert(field, stretch, target);
         }
         let mut total = 0.0;
         let found = self.walk(stretch, false, |panel| {
@@ -104,7 +105,7 @@ impl<'a> Custom<'a> {
 
     /// The density whose integral τ is, at the distance `t`.
     pub fn along(&self, stretch: &Stretch, t: f64) -> f64 {
-        if self.exact {
+        if self.exact.is_some() {
             return self.value(stretch.origin + t * stretch.direction);
         }
         let mut value = 0.0;
@@ -116,8 +117,8 @@ impl<'a> Custom<'a> {
     }
 
     pub fn moments(&self, stretch: &Stretch) -> Moments {
-        if self.exact {
-            return self.exact_moments(stretch);
+        if let Some(field) = self.exact {
+            return self.exact_moments(field, stretch);
         }
         let mut sum = Moments::default();
         let Some(chord) = self.chord(stretch) else { return sum };

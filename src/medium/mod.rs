@@ -13,7 +13,7 @@ mod walk;
 
 pub use blocks::{BLOCK_SAMPLES, build_block_bricks};
 pub use bricks::{BRICK_SIDE, Brick, brick_counts, build_bricks};
-pub use custom::{Custom, DensityField};
+pub use custom::{Custom, DensityField, IntegratedField};
 pub use estimators::{Estimate, Estimator, estimate_transmittance};
 pub use grid::Grid;
 pub use tracking::{

@@ -66,7 +66,7 @@ impl<'a> Samples<'a> {
         // Made when the first cell comes: many lines pass empty bricks only.
         let mut batch = None;
         let mut bricks = Dda::new(line, &self.brick_lattice, inside.start, inside.end);
-        // Up to here everything is visited: to the next brick, or by a rounding further.
+        // Up to here everything is visited: to the next brick; or by a cell further, if rounding puts the cell's wall before the brick's.
         let mut done = inside.start;
         let mut cells = None;
         while done < inside.end && bricks.t < inside.end {
@@ -213,7 +213,8 @@ impl<'a> Samples<'a> {
     /// The same for a cell whose samples are all there, the first of them at `index`.
     #[inline(always)]
     fn inner_corners(&self, index: usize) -> Corners {
-        // As u32: the compiler then knows that no sum overflows, and from the one comparison that all pairs are there.
+        // As u32: with 64 bits the compiler then knows that no sum overflows, and from the one comparison that all pairs are there. With
+        // 32 it looks at each pair; sums of an inner cell's indices do not overflow.
         let (row, plane) = (self.size[0] as u32 as usize, (self.size[0] * self.size[1]) as u32 as usize);
         if index + row + plane + 2 > self.density.len() {
             return Corners::default();

@@ -1,6 +1,6 @@
 //! A light path as the host hands it over, and what its parts refer to.
 
-use crate::math::{DVec3, Vec3};
+use crate::math::{DVec3, Vec3, is_unit};
 use crate::medium::{Line, Medium, NONE, Segment};
 use crate::scene::{Bsdf, Camera, Light, MAX_SEGMENTS, Scene};
 
@@ -181,8 +181,8 @@ impl<'a> Path<'a> {
         for (i, vertex) in self.vertices.iter().enumerate() {
             let node = self.node(scene, i)?;
             let point_ok = (i == 0 && scene.camera.is_pinhole()) || vertex.position.wide().is_finite();
-            let position_ok = point_ok && (!node.is_direction() || is_unit(vertex.position));
-            if !position_ok || (node.has_cosine() && !is_unit(vertex.normal)) {
+            let position_ok = point_ok && (!node.is_direction() || is_unit(vertex.position.wide()));
+            if !position_ok || (node.has_cosine() && !is_unit(vertex.normal.wide())) {
                 return Err(PathErrorKind::NotFinite.at(i));
             }
         }
@@ -210,7 +210,7 @@ impl<'a> Path<'a> {
             if !(segment.end >= reached) {
                 return Err(PathErrorKind::BadSegments.at(i));
             }
-            if j < last && !is_unit(segment.normal) {
+            if j < last && !is_unit(segment.normal.wide()) {
                 return Err(PathErrorKind::NotFinite.at(i));
             }
             reached = segment.end;
@@ -231,22 +231,19 @@ impl<'a> Path<'a> {
 /// Whether a vertex is on its lens, or at its light if that has one place only: to single precision.
 fn is_in_place(node: &Node, x: DVec3) -> bool {
     const SLACK: f64 = 1e-4;
+    // Of a point far from the origin, beside which a lens may be small: some sixteen roundings.
+    const ROUNDING: f64 = 1e-6;
     match node {
         Node::Camera(camera) if !camera.is_pinhole() => {
             let from_centre = x - camera.position;
             let off_plane = camera.forward.dot(from_centre).abs();
-            off_plane <= SLACK * (camera.lens_radius + x.length())
-                && camera.on_lens(x).length() <= camera.lens_radius * (1.0 + SLACK)
+            let slack = SLACK * camera.lens_radius + ROUNDING * x.length();
+            off_plane <= slack && camera.on_lens(x).length() <= camera.lens_radius + slack
         }
         Node::Light(Light::Directional { direction, .. }) => (x + *direction).length() <= SLACK,
-        Node::Light(Light::Point { position, .. } | Light::Spot { position, .. }) => {
+        Node::Light(Light::Point { position, .. } | Light::Spot { position, .. } | Light::CustomPoint { position, .. }) => {
             (x - *position).length() <= SLACK * position.length().max(x.length())
         }
         _ => true,
     }
-}
-
-/// Whether a single-precision vector counts as one of unit length.
-fn is_unit(v: Vec3) -> bool {
-    (v.wide().length() - 1.0).abs() < 1e-3
 }

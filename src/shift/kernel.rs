@@ -1,5 +1,6 @@
 //! Where a path is shifted to. Kernels are symmetric: the density of x → y is that of y → x.
 
+use crate::math::pow;
 use crate::scene::{Scene, Stop};
 
 /// Most offsets in a batch: a tile of 6 × 6 pixels.
@@ -105,7 +106,7 @@ impl Options {
 
     /// With the radius after `samples` samples of the image. [Lu20 (46)], but over the whole image's samples instead of one batch's.
     pub fn after(&self, samples: f64) -> Self {
-        let factor = libm::pow(samples.max(1.0), (self.alpha - 1.0) / 3.0);
+        let factor = pow(samples.max(1.0), (self.alpha - 1.0) / 3.0);
         let kernel = match self.kernel {
             Kernel::Tile => Kernel::Tile,
             Kernel::Disk(radius) => Kernel::Disk(radius.scaled(factor)),

@@ -64,7 +64,7 @@ static void test_description(void) {
     s.media[0].kind = VOLGRAD_MEDIUM_HOMOGENEOUS;
     CHECK_STATUS(volgrad_scene_size(&s.desc, &without), VOLGRAD_OK);
     CHECK(with > without && with <= without + 64); /* a table and a counter */
-    BAD(s.media[0].kind = VOLGRAD_MEDIUM_HOMOGENEOUS, VOLGRAD_ERROR_RANGE, "media: a reserved field");
+    BAD(s.media[0].kind = VOLGRAD_MEDIUM_HOMOGENEOUS, VOLGRAD_ERROR_RANGE, "media.custom");
     BAD(s.media[0].custom = NULL, VOLGRAD_ERROR_NULL, "media.custom");
     BAD(s.media[0].custom = memory + 1, VOLGRAD_ERROR_MISALIGNED, "media.custom");
     BAD(c->struct_size = 0, VOLGRAD_ERROR_STRUCT_SIZE, "media.custom");

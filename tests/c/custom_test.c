@@ -34,6 +34,11 @@ static void paint_gradient(void *user, volgrad_vec3 c, volgrad_vec3 l, volgrad_v
     by_c[0] = by_c[1] = by_c[2] = vec(0, 0, 1); /* of exp(c.z), to be told from nothing */
 }
 
+static void unasked_gradient(void *user, volgrad_vec3 c, volgrad_vec3 l, volgrad_vec3 *by_c, volgrad_vec3 *by_l) {
+    (void)user, (void)c, (void)l;
+    by_c[0].x = by_l[0].x = NAN;
+}
+
 /* Henyey-Greenstein. */
 static double fog_eval(void *user, double mu) {
     double g = *(double *)user, d = 1 + g * g - 2 * g * mu;
@@ -48,6 +53,22 @@ static double fog_sample(void *user, double u) {
 static double fog_log_derivative(void *user, double mu) {
     double g = *(double *)user;
     return 3 * g / (1 + g * g - 2 * g * mu);
+}
+
+/* Sends nothing to the side: its logarithm has no derivative there. */
+static double lobes_eval(void *user, double mu) {
+    (void)user;
+    return 1.5 * mu * mu / TAU;
+}
+
+static double lobes_sample(void *user, double u) {
+    (void)user;
+    return cbrt(2 * u - 1);
+}
+
+static double lobes_log_derivative(void *user, double mu) {
+    (void)user;
+    return 2 / mu;
 }
 
 /* A lamp alike in all directions; and a sky of radiance 1, looked for in the upper half more often. */
@@ -99,6 +120,12 @@ static volgrad_custom_density density;
 static alignas(16) unsigned char memory[1 << 14];
 static const volgrad_scene *scene;
 
+/* Camera, fog, floor, lamp. */
+static volgrad_vertex vertices[4];
+static const volgrad_segment EDGES[] = {{INFINITY, 0, {0, 0, 0}}, {INFINITY, 0, {0, 0, 0}}, {INFINITY, 0, {0, 0, 0}}};
+static const uint32_t ENDS[] = {1, 2, 3};
+static const volgrad_path PATH = {vertices, EDGES, ENDS, 4, 3};
+
 /* A floor in fog under a lamp and a sky, of built-in kinds. */
 static void fill(void) {
     small_scene_fill(&s);
@@ -112,6 +139,11 @@ static void fill(void) {
     s.media[0].sigma_t = (volgrad_rgb){0.1f, 0.2f, 0.3f};
     s.media[0].phase = (volgrad_phase){VOLGRAD_PHASE_HENYEY_GREENSTEIN, 0.6f};
     s.desc.bounds_radius = 4;
+    const volgrad_vec3 up = vec(0, 1, 0);
+    vertices[0] = (volgrad_vertex){VOLGRAD_VERTEX_CAMERA, 0, vec(0, 0, 0), up, up};
+    vertices[1] = (volgrad_vertex){VOLGRAD_VERTEX_MEDIUM, 0, vec(0, 0, 1), up, up};
+    vertices[2] = (volgrad_vertex){VOLGRAD_VERTEX_SURFACE, DIFFUSE, vec(0.5f, -1, 2), up, up};
+    vertices[3] = (volgrad_vertex){VOLGRAD_VERTEX_LIGHT, POINT_LIGHT, s.lights[POINT_LIGHT].position, up, up};
 }
 
 static volgrad_status init(void) {
@@ -153,7 +185,7 @@ static void test_descriptions(void) {
     custom_material(), custom_phase(), custom_light(SKY, VOLGRAD_LIGHT_CUSTOM_SKY), custom_light(POINT_LIGHT, VOLGRAD_LIGHT_CUSTOM_POINT);
     CHECK_STATUS(init(), VOLGRAD_OK);
     fill();
-    BAD(s.materials[DIFFUSE].custom = &bsdf, VOLGRAD_ERROR_RANGE, "materials: a reserved field");
+    BAD(s.materials[DIFFUSE].custom = &bsdf, VOLGRAD_ERROR_RANGE, "materials.custom");
     BAD_BSDF(s.materials[DIFFUSE].custom = NULL, VOLGRAD_ERROR_NULL, "materials.custom");
     BAD_BSDF(bsdf.struct_size = 40, VOLGRAD_ERROR_STRUCT_SIZE, "materials.custom");
     BAD_BSDF(bsdf.eval = NULL, VOLGRAD_ERROR_NULL, functions);
@@ -168,7 +200,7 @@ static void test_descriptions(void) {
     BAD_PHASE(phase.struct_size = 8, VOLGRAD_ERROR_STRUCT_SIZE, "phases");
     BAD_PHASE(phase.eval = NULL, VOLGRAD_ERROR_NULL, "phases.eval, phases.sample");
     BAD_PHASE(phase.sample = NULL, VOLGRAD_ERROR_NULL, "phases.eval, phases.sample");
-    BAD(s.lights[SKY].custom = &light, VOLGRAD_ERROR_RANGE, "lights: a reserved field");
+    BAD(s.lights[SKY].custom = &light, VOLGRAD_ERROR_RANGE, "lights.custom");
     BAD_SKY(s.lights[SKY].custom = NULL, VOLGRAD_ERROR_NULL, "lights.custom");
     BAD_SKY(light.emission = NULL, VOLGRAD_ERROR_NULL, "lights.custom.emission");
     BAD_SKY(light.pdf = NULL, VOLGRAD_ERROR_NULL, "lights.custom.pdf, lights.custom.sample");
@@ -176,6 +208,11 @@ static void test_descriptions(void) {
     BAD_SKY(s.lights[SKY].emission.g = -1, VOLGRAD_ERROR_RANGE, "lights.emission");
     BAD_SKY(s.lights[POINT_LIGHT].kind = VOLGRAD_LIGHT_ENVIRONMENT, VOLGRAD_ERROR_RANGE, "lights.kind");
     BAD((custom_light(POINT_LIGHT, VOLGRAD_LIGHT_CUSTOM_POINT), s.lights[POINT_LIGHT].sampling_weight = 0), VOLGRAD_ERROR_RANGE, "lights.sampling_weight");
+
+    BAD(s.desc.reserved = 1, VOLGRAD_ERROR_RANGE, "reserved");
+    BAD_PHASE(phase.reserved = 1, VOLGRAD_ERROR_RANGE, "phases.reserved");
+    BAD_SKY(light.reserved = 1, VOLGRAD_ERROR_RANGE, "lights.custom.reserved");
+    BAD((s.media[0].kind = VOLGRAD_MEDIUM_CUSTOM, s.media[0].custom = &density, density.reserved = 1), VOLGRAD_ERROR_RANGE, "media.custom.reserved");
 
     /* The struct as it was before it had phase functions. */
     s.desc.struct_size = offsetof(volgrad_scene_desc, phases);
@@ -245,6 +282,12 @@ static double difference(const float *a, const float *b) {
     return most / mean(a);
 }
 
+static uint64_t dropped_values(void) {
+    uint64_t dropped = 1;
+    CHECK_STATUS(volgrad_scene_dropped_values(scene, &dropped), VOLGRAD_OK);
+    return dropped;
+}
+
 /* Single precision passes the border: some 1e-7 of each direction, which few bounces make more of. */
 static void test_copies(void) {
     static float original[VALUES], copy[VALUES];
@@ -261,9 +304,7 @@ static void test_copies(void) {
             CHECK_STATUS(render(mode, bidirectional, copy), VOLGRAD_OK);
             CHECK(mean(original) > 0.001);
             CHECK_NEAR(difference(original, copy), 0, 1e-3);
-            uint64_t dropped = 1;
-            CHECK_STATUS(volgrad_scene_dropped_values(scene, &dropped), VOLGRAD_OK);
-            CHECK(dropped == 0);
+            CHECK(dropped_values() == 0);
         }
     }
     fill();
@@ -296,28 +337,21 @@ static void test_without_gradients(void) {
     }
     fill();
 
-    /* Camera, fog, floor, lamp. */
-    const volgrad_vec3 up = vec(0, 1, 0);
-    const volgrad_vertex vertices[] = {{VOLGRAD_VERTEX_CAMERA, 0, vec(0, 0, 0), up, up}, {VOLGRAD_VERTEX_MEDIUM, 0, vec(0, 0, 1), up, up},
-        {VOLGRAD_VERTEX_SURFACE, DIFFUSE, vec(0.5f, -1, 2), up, up}, {VOLGRAD_VERTEX_LIGHT, POINT_LIGHT, s.lights[POINT_LIGHT].position, up, up}};
-    const volgrad_segment fog = {INFINITY, 0, {0, 0, 0}}, segments[] = {fog, fog, fog};
-    const uint32_t ends[] = {1, 2, 3};
-    const volgrad_path path = {vertices, segments, ends, 4, 3};
     volgrad_gradient plain, found;
     CHECK_STATUS(init(), VOLGRAD_OK);
-    CHECK_STATUS(volgrad_path_log_gradient(scene, &path, 1, &plain), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_path_log_gradient(scene, &PATH, 1, &plain), VOLGRAD_OK);
     custom_material(), custom_phase();
     CHECK_STATUS(init(), VOLGRAD_OK);
-    CHECK_STATUS(volgrad_path_log_gradient(scene, &path, 1, &found), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_path_log_gradient(scene, &PATH, 1, &found), VOLGRAD_OK);
     CHECK_NEAR(found.phase_apex.x, plain.phase_apex.x, 1e-6);
     CHECK(plain.profile_next[0].y == 0 && fabsf(plain.phase_apex.x) > 0.1f);
     CHECK_NEAR(found.profile_next[0].y, 10 / 27.0, 1e-6); /* (I - ww^T) y / d for w = (1, -2, 2)/3, d = 3/2 */
     bsdf.log_gradient = NULL;
     CHECK_STATUS(init(), VOLGRAD_OK);
-    REFUSED(found, volgrad_path_log_gradient(scene, &path, 1, &found), VOLGRAD_ERROR_NO_GRADIENT);
+    REFUSED(found, volgrad_path_log_gradient(scene, &PATH, 1, &found), VOLGRAD_ERROR_NO_GRADIENT);
     bsdf.log_gradient = paint_gradient, phase.log_derivative = NULL;
     CHECK_STATUS(init(), VOLGRAD_OK);
-    REFUSED(found, volgrad_path_log_gradient(scene, &path, 1, &found), VOLGRAD_ERROR_NO_GRADIENT);
+    REFUSED(found, volgrad_path_log_gradient(scene, &PATH, 1, &found), VOLGRAD_ERROR_NO_GRADIENT);
 
     /* Batches of a path of the host's own. */
     volgrad_shift_options options;
@@ -325,10 +359,46 @@ static void test_without_gradients(void) {
     uint32_t count;
     CHECK_STATUS(volgrad_shift_options_default(&options, sizeof options), VOLGRAD_OK);
     options.mode = VOLGRAD_SHIFT_LOG_LINEAR;
-    REFUSED(count, volgrad_shift_path(scene, &QUERIES, &options, &path, WHITE, 0, 0, splats, VOLGRAD_MAX_SHIFTS + 1, &count), VOLGRAD_ERROR_NO_GRADIENT);
+    REFUSED(count, volgrad_shift_path(scene, &QUERIES, &options, &PATH, WHITE, 0, 0, splats, VOLGRAD_MAX_SHIFTS + 1, &count), VOLGRAD_ERROR_NO_GRADIENT);
     options.mode = VOLGRAD_SHIFT_EXCHANGEABLE;
-    CHECK_STATUS(volgrad_shift_path(scene, &QUERIES, &options, &path, WHITE, 0, 0, splats, VOLGRAD_MAX_SHIFTS + 1, &count), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_shift_path(scene, &QUERIES, &options, &PATH, WHITE, 0, 0, splats, VOLGRAD_MAX_SHIFTS + 1, &count), VOLGRAD_OK);
     fill();
+}
+
+/* Derivatives are asked for where there is light only. */
+static void test_dark_paths(void) {
+    volgrad_gradient found;
+    char report[4096];
+    size_t length;
+    custom_material();
+    floor_paint.albedo = 0;
+    bsdf.log_gradient = unasked_gradient;
+    CHECK_STATUS(init(), VOLGRAD_OK);
+    REFUSED(found, volgrad_path_log_gradient(scene, &PATH, 1, &found), VOLGRAD_ERROR_ZERO_CONTRIBUTION);
+    CHECK_STATUS(volgrad_path_report(scene, &PATH, report, sizeof report, &length), VOLGRAD_OK);
+    CHECK(dropped_values() == 0);
+    bsdf.log_gradient = NULL;
+    CHECK_STATUS(init(), VOLGRAD_OK);
+    REFUSED(found, volgrad_path_log_gradient(scene, &PATH, 1, &found), VOLGRAD_ERROR_ZERO_CONTRIBUTION);
+    fill();
+
+    custom_phase();
+    phase = (volgrad_custom_phase){sizeof phase, 0, NULL, lobes_eval, lobes_sample, lobes_log_derivative};
+    CHECK_STATUS(init(), VOLGRAD_OK);
+    CHECK_STATUS(render(VOLGRAD_SHIFT_LOG_LINEAR, 0, NULL), VOLGRAD_OK);
+    CHECK(dropped_values() == 0);
+    fill();
+}
+
+static void test_misplaced(void) {
+    for (int custom = 0; custom < 2; custom++) {
+        if (custom) custom_light(POINT_LIGHT, VOLGRAD_LIGHT_CUSTOM_POINT);
+        CHECK_STATUS(init(), VOLGRAD_OK);
+        CHECK_STATUS(volgrad_path_validate(scene, &PATH, NULL), VOLGRAD_OK);
+        vertices[3].position.x += 0.5f;
+        CHECK_STATUS(volgrad_path_validate(scene, &PATH, NULL), VOLGRAD_ERROR_RANGE);
+        fill();
+    }
 }
 
 static void test_bad_values(void) {
@@ -389,6 +459,8 @@ int main(void) {
     test_copies();
     test_furnace();
     test_without_gradients();
+    test_dark_paths();
+    test_misplaced();
     test_bad_values();
     test_integrals();
     return check_end();

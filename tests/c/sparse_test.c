@@ -59,7 +59,7 @@ static void test_description(void) {
     const char *sides = "media.nx, media.ny, media.nz", *density = "media.custom.density";
     BAD(m->custom = NULL, VOLGRAD_ERROR_NULL, "media.custom");
     BAD(m->custom = memory[0] + 1, VOLGRAD_ERROR_MISALIGNED, "media.custom");
-    BAD(m->kind = VOLGRAD_MEDIUM_HOMOGENEOUS, VOLGRAD_ERROR_RANGE, "media: a reserved field");
+    BAD(m->kind = VOLGRAD_MEDIUM_HOMOGENEOUS, VOLGRAD_ERROR_RANGE, "media.custom");
     BAD(g->struct_size = sizeof *g - 1, VOLGRAD_ERROR_STRUCT_SIZE, "media.custom");
     BAD((g->struct_size = sizeof sparse, sparse.newer[7] = 1), VOLGRAD_ERROR_STRUCT_SIZE, "media.custom");
     BAD(g->blocks = NULL, VOLGRAD_ERROR_NULL, "media.custom.blocks");

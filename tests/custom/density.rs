@@ -6,8 +6,8 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 use volgrad::math::{Colour, DAffine3, DVec3};
 use volgrad::medium::{
-    Custom, Density, DensityField, Flight, Inversion, Line, Medium, Moments, Segment, Stretch, distance_number, moments,
-    optical_depth, sample_distance,
+    Custom, Density, DensityField, Flight, IntegratedField, Inversion, Line, Medium, Moments, Segment, Stretch,
+    distance_number, moments, optical_depth, sample_distance,
 };
 use volgrad::phase::Phase;
 
@@ -29,7 +29,9 @@ impl DensityField for Copy {
     fn gradients(&self, points: &[DVec3], gradients: &mut [DVec3]) {
         gradients.iter_mut().zip(points).for_each(|(gradient, x)| *gradient = self.original.gradient(*x));
     }
+}
 
+impl IntegratedField for Copy {
     fn moments(&self, stretch: &Stretch, gradients: bool) -> Moments {
         let Stretch { start, end, .. } = *stretch;
         let part = Stretch { start: start + INWARD, end: end - INWARD, ..*stretch };
@@ -122,7 +124,9 @@ impl DensityField for Finite {
         assert!(points.iter().all(|x| x.is_finite()));
         gradients.fill(DVec3::ZERO);
     }
+}
 
+impl IntegratedField for Finite {
     fn moments(&self, stretch: &Stretch, _: bool) -> Moments {
         assert!(stretch.origin.is_finite() && stretch.direction.is_finite() && (stretch.end - stretch.start).is_finite());
         Moments { integral: stretch.end - stretch.start, ..Moments::default() }
@@ -168,7 +172,9 @@ impl DensityField for Bad {
     fn gradients(&self, _: &[DVec3], gradients: &mut [DVec3]) {
         gradients.fill(DVec3::ZERO);
     }
+}
 
+impl IntegratedField for Bad {
     fn moments(&self, stretch: &Stretch, _: bool) -> Moments {
         let length = stretch.end - stretch.start;
         let integral = [f64::NAN, f64::INFINITY, -1.0, length, 1.0 / length][self.0 as usize];

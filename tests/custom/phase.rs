@@ -29,8 +29,12 @@ impl PhaseFunction for Copy {
         self.original.sample(DVec3::Z, DVec2::new(u, 0.0)).expect("built in").dot(-DVec3::Z)
     }
 
-    fn log_derivative(&self, mu: f64) -> Option<f64> {
-        self.derivative.then(|| -self.original.log_derivative(-mu))
+    fn has_log_derivative(&self) -> bool {
+        self.derivative
+    }
+
+    fn log_derivative(&self, mu: f64) -> f64 {
+        -self.original.log_derivative(-mu)
     }
 }
 
@@ -183,8 +187,12 @@ impl PhaseFunction for Bad {
         }
     }
 
-    fn log_derivative(&self, _: f64) -> Option<f64> {
-        Some(if self.0 == 6 { f64::NAN } else { f64::INFINITY })
+    fn has_log_derivative(&self) -> bool {
+        true
+    }
+
+    fn log_derivative(&self, _: f64) -> f64 {
+        if self.0 == 6 { f64::NAN } else { f64::INFINITY }
     }
 }
 

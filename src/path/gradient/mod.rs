@@ -77,9 +77,15 @@ pub fn path_log_gradient(scene: &Scene, path: &Path, i: usize) -> Result<Gradien
 /// The gradient of log f when the `count` medium vertices from `first` on move by the same offset: the sum of their gradients.
 pub fn path_run_log_gradient(scene: &Scene, path: &Path, first: usize, count: usize) -> Result<Gradient, PathError> {
     let run = Run::new(scene, path, first, count)?;
+    for side in [Side::Previous, Side::Next] {
+        if run.is_beside_specular(scene, path, side)? {
+            return Err(PathErrorKind::NotMovable.at(run.outermost(side).0));
+        }
+    }
+    // Before the ends: hosts are asked for derivatives only where there is light.
+    let colour = relative_colour(scene, path, first)?;
     let ends = [run.end(scene, path, Side::Previous)?, run.end(scene, path, Side::Next)?];
     let factors = run.log_gradient(scene, path, ends)?;
-    let colour = relative_colour(scene, path, first)?;
     let (rgb, luminance) = factors.of_colour(colour);
     Ok(Gradient { factors, rgb, luminance })
 }

@@ -97,7 +97,7 @@ impl Beyond {
         Self { neighbour, wing: None, profile: [DVec3::ZERO; 3] }
     }
 
-    /// The neighbour `q` of vertex `i`.
+    /// The neighbour `q` of vertex `i`, which is not specular.
     pub fn new(scene: &Scene, path: &Path, i: usize, q: usize) -> Result<Self, PathError> {
         let normal = path.vertex(q)?.normal.wide();
         let position = path.position(scene, q)?;
@@ -108,7 +108,6 @@ impl Beyond {
         let to_other = || towards(path, scene, q, if i < q { q + 1 } else { q - 1 });
         Ok(match node {
             Node::Camera(_) => Self::at(Neighbour::Camera),
-            node if node.is_specular() => return Err(PathErrorKind::NotMovable.at(i)),
             node if node.is_direction() => Self::at(Neighbour::Direction(position)),
             Node::Medium(medium) => {
                 Self { wing: Some(Wing { phase: known(medium.phase, q)?, to_other: to_other()? }), ..beyond }

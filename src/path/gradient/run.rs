@@ -46,6 +46,11 @@ impl Run {
         }
     }
 
+    /// Whether the neighbour on that side is specular.
+    pub fn is_beside_specular(&self, scene: &Scene, path: &Path, side: Side) -> Result<bool, PathError> {
+        path.node(scene, self.outermost(side).1).map(|node| node.is_specular())
+    }
+
     /// What changes at an end whose neighbour is not specular.
     pub fn end(&self, scene: &Scene, path: &Path, side: Side) -> Result<EndGradient, PathError> {
         let (i, q) = self.outermost(side);

@@ -33,15 +33,21 @@ impl LogDerivative {
 /// the run, or the one before it. Valid until they reach it.
 pub fn path_run_log_derivative(scene: &Scene, path: &Path, first: usize, count: usize) -> Result<LogDerivative, PathError> {
     let run = Run::new(scene, path, first, count)?;
-    let is_specular = |side| path.node(scene, run.outermost(side).1).map(|node| node.is_specular());
-    let (side, ends) = match (is_specular(Side::Previous)?, is_specular(Side::Next)?) {
-        (true, false) => (Side::Previous, [run.specular_end(scene, path, Side::Previous)?, run.end(scene, path, Side::Next)?]),
-        (false, true) => (Side::Next, [run.end(scene, path, Side::Previous)?, run.specular_end(scene, path, Side::Next)?]),
+    let is_specular = |side| run.is_beside_specular(scene, path, side);
+    let side = match (is_specular(Side::Previous)?, is_specular(Side::Next)?) {
+        (true, false) => Side::Previous,
+        (false, true) => Side::Next,
         // Nowhere to move, or anywhere: that is a gradient.
         _ => return Err(PathErrorKind::NotMovable.at(first)),
     };
+    // Before the ends: hosts are asked for derivatives only where there is light.
+    let colour = relative_colour(scene, path, first)?;
+    let ends = match side {
+        Side::Previous => [run.specular_end(scene, path, Side::Previous)?, run.end(scene, path, Side::Next)?],
+        Side::Next => [run.end(scene, path, Side::Previous)?, run.specular_end(scene, path, Side::Next)?],
+    };
     let direction = run.outwards(scene, path, side)?;
     let factors = run.log_gradient(scene, path, ends)?;
-    let (_, luminance) = factors.of_colour(relative_colour(scene, path, first)?);
+    let (_, luminance) = factors.of_colour(colour);
     Ok(LogDerivative { direction, factors, luminance: luminance.dot(direction) })
 }

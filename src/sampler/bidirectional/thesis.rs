@@ -24,7 +24,7 @@ use super::connect::{Connector, aim, edge};
 use super::shiftable::{Asker, Joined};
 use super::subpath::Subpath;
 use super::vertex::{Edge, Kind, Vertex};
-use crate::math::{Colour, DVec2, DVec3, LUMINANCE};
+use crate::math::{Colour, DVec2, DVec3, LUMINANCE, pow};
 use crate::medium::{NONE, optical_depth};
 use crate::path::{Neighbour, Seen, Wing};
 use crate::phase::cosine_gradient_apex;
@@ -51,7 +51,7 @@ impl Options {
     /// Of member `index` of a batch that comes after `samples` samples of the image.
     fn radius(&self, index: usize, samples: f64) -> f64 {
         let count = if self.as_printed { (index + 1) as f64 } else { samples.max(1.0) };
-        self.radius * libm::pow(count, (self.alpha - 1.0) / 3.0)
+        self.radius * pow(count, (self.alpha - 1.0) / 3.0)
     }
 }
 

@@ -8,7 +8,7 @@ use super::chain::ChainStats;
 use super::numbers::capacity;
 use super::path::{Scratch, make, target};
 use super::techniques::Techniques;
-use crate::math::sqrt;
+use crate::math::{round, sqrt};
 use crate::sampler::bidirectional::{MAX_LENGTH, Technique};
 use crate::sampler::lengths::Lengths;
 use crate::sampler::path_tracer::Stats;
@@ -155,7 +155,7 @@ impl Plan {
         let all: f64 = self.by_length.iter().map(|length| length.sum).sum();
         for (chains, length) in self.chains.iter_mut().zip(&self.by_length) {
             if length.sum > 0.0 {
-                *chains = (libm::round(f64::from(wanted) * length.sum / all) as u32).max(1);
+                *chains = (round(f64::from(wanted) * length.sum / all) as u32).max(1);
                 self.chain_count += *chains;
             }
         }

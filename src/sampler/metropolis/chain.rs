@@ -9,6 +9,7 @@ use super::path::{remake, target};
 use super::room::{Room, Sample};
 use super::techniques::{Shares, Techniques};
 use crate::film::Film;
+use crate::math::exp;
 use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique, thesis};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{ChainNumbers, chain_shift_numbers};
@@ -148,7 +149,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
             chain_stats.dropped += u64::from(decision.dropped);
             if !decision.large {
                 let gain = FIRST_GAIN / (1.0 + f64::from(i) * GAIN_DECAY);
-                let size = state.step * libm::exp(gain * (decision.acceptance - TARGET_RATE));
+                let size = state.step * exp(gain * (decision.acceptance - TARGET_RATE));
                 state.step = size.clamp(*STEPS.start(), *STEPS.end());
             }
             self.make(decision, state, numbers, &mut room);
@@ -266,7 +267,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let technique =
             if large { state.shares.technique(state.start.length as usize, random.next()) } else { state.technique };
         let change = if large { Change::BOTH } else { Change::small(technique, random.next()) };
-        let size = state.step * libm::exp(-STEP_RANGE * random.next());
+        let size = state.step * exp(-STEP_RANGE * random.next());
         room.numbers.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
         for number in room.numbers.get_mut(change.numbers(technique)).unwrap_or(&mut []) {
             *number = if large { random.next() } else { step(*number, size, &mut || random.next()) };

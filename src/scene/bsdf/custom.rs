@@ -5,7 +5,7 @@
 //! have to agree. What is no value (NaN, infinite, negative) counts as 0.
 
 use super::{BsdfSample, LogGradients, NO_GRADIENT};
-use crate::math::{Colour, DMat3, DVec2, DVec3, orthonormal_basis};
+use crate::math::{Colour, DMat3, DVec2, DVec3, colour_or_black, is_unit, orthonormal_basis, positive_or_zero};
 use core::fmt::Debug;
 
 /// A BSDF as the host computes it, a function of unit vectors away from the surface. It is not specular.
@@ -33,15 +33,7 @@ pub trait BsdfFunction: Debug + Sync {
 #[derive(Clone, Copy, Debug)]
 pub struct CustomBsdf<'a>(pub &'a dyn BsdfFunction);
 
-/// A vector that is not of unit length within this is no direction.
-const UNIT_TOLERANCE: f64 = 1e-3;
-
 impl CustomBsdf<'_> {
-    /// Whether a host's vector has unit length.
-    pub fn is_direction(v: DVec3) -> bool {
-        (v.length() - 1.0).abs() < UNIT_TOLERANCE
-    }
-
     pub fn transmits(&self) -> bool {
         self.0.transmits()
     }
@@ -61,7 +53,7 @@ impl CustomBsdf<'_> {
             return None;
         }
         let (l, eta_squared) = self.0.sample(c, u, lobe)?;
-        let is_direction = Self::is_direction(l);
+        let is_direction = is_unit(l);
         let l = l.normalize_or_zero();
         if !(is_direction && self.scatters(c, l) && eta_squared > 0.0 && eta_squared.is_finite()) {
             return None;
@@ -91,13 +83,11 @@ impl CustomBsdf<'_> {
     }
 
     fn value(&self, c: DVec3, l: DVec3) -> Colour {
-        let value = self.0.eval(c, l);
-        if value.is_finite() && value.min_element() >= 0.0 { value } else { Colour::ZERO }
+        colour_or_black(self.0.eval(c, l))
     }
 
     fn density(&self, c: DVec3, l: DVec3) -> f64 {
-        let pdf = self.0.pdf(c, l);
-        if pdf.is_finite() && pdf > 0.0 { pdf } else { 0.0 }
+        positive_or_zero(self.0.pdf(c, l))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Light that the host computes: a sky, and the profile of a point light. What is no value (NaN, infinite, negative) counts as 0.
 
-use crate::math::{Colour, DVec2, DVec3};
+use crate::math::{Colour, DVec2, DVec3, colour_or_black, is_unit, positive_or_zero};
 use core::fmt::Debug;
 
 /// Light from infinitely far away, by the unit vector to where it comes from.
@@ -36,27 +36,18 @@ pub struct CustomProfile<'a> {
     pub scale: Colour,
 }
 
-/// A vector that is not of unit length within this is no direction.
-const UNIT_TOLERANCE: f64 = 1e-3;
-
 impl CustomSky<'_> {
-    /// Whether a host's vector has unit length.
-    pub fn is_direction(v: DVec3) -> bool {
-        (v.length() - 1.0).abs() < UNIT_TOLERANCE
-    }
-
     pub fn radiance(&self, to_sky: DVec3) -> Colour {
-        self.scale * value(self.function.radiance(to_sky))
+        self.scale * colour_or_black(self.function.radiance(to_sky))
     }
 
     pub fn pdf(&self, to_sky: DVec3) -> f64 {
-        let pdf = self.function.pdf(to_sky);
-        if pdf > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
+        positive_or_zero(self.function.pdf(to_sky))
     }
 
     /// A direction to the sky and its density per steradian; None if there is none.
     pub fn sample(&self, u: DVec2) -> Option<(DVec3, f64)> {
-        let to_sky = self.function.sample(u).filter(|v| Self::is_direction(*v))?.normalize();
+        let to_sky = self.function.sample(u).filter(|v| is_unit(*v))?.normalize();
         let pdf = self.pdf(to_sky);
         (pdf > 0.0).then_some((to_sky, pdf))
     }
@@ -64,7 +55,7 @@ impl CustomSky<'_> {
 
 impl CustomProfile<'_> {
     pub fn intensity(&self, direction: DVec3) -> Colour {
-        self.scale * value(self.function.intensity(direction))
+        self.scale * colour_or_black(self.function.intensity(direction))
     }
 
     /// None: the host does not know it. 0 where it is not finite.
@@ -72,8 +63,4 @@ impl CustomProfile<'_> {
         let gradient = self.function.log_gradient(direction)?;
         Some(gradient.map(|g| if g.is_finite() { g } else { DVec3::ZERO }))
     }
-}
-
-fn value(value: Colour) -> Colour {
-    if value.is_finite() && value.min_element() >= 0.0 { value } else { Colour::ZERO }
 }
