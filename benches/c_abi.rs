@@ -152,7 +152,7 @@ fn bench(c: &mut Criterion, name: &str, medium: Medium, grid: Option<&[f32]>) {
 }
 
 fn all(c: &mut Criterion) {
-    let phase = Phase { g: G.into() };
+    let phase = Phase::henyey_greenstein(G.into());
     let fog = Medium { sigma_t: Colour::ONE, albedo: Colour::ONE, phase, density: Density::Homogeneous };
     bench(c, "homogeneous", fog, None);
     let volume = Volume::new(SIDE, Shape::Full, 1.0, true);
