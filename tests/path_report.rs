@@ -21,7 +21,8 @@ fn number(x: f64) -> String {
 
 #[test]
 fn numbers_read_as_they_are() {
-    let cases = [(0.0, "0.0"), (1.0, "1.0"), (-2.5, "-2.5"), (f64::from(0.1_f32), "0.1"), (1e20, "1e20"), (0.001234, "0.001234")];
+    let cases =
+        [(0.0, "0.0"), (1.0, "1.0"), (-2.5, "-2.5"), (f64::from(0.1_f32), "0.1"), (1e20, "1e20"), (0.001234, "0.001234")];
     let beyond_single = [(1.5e-300, "1.5e-300"), (5e-324, "5e-324"), (f64::MAX, "1.7976931348623157e308")];
     let odd = [(f64::NAN, "NaN"), (f64::INFINITY, "inf"), (f64::NEG_INFINITY, "-inf")];
     for (x, expected) in cases.into_iter().chain(beyond_single).chain(odd) {
