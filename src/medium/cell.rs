@@ -59,6 +59,14 @@ pub struct Chords {
 }
 
 impl Chords {
+    /// Those of the first and of the second cell.
+    #[inline(always)]
+    pub fn set_corners(&mut self, a: Corners, b: Corners) {
+        for (i, pairs) in self.corners.iter_mut().enumerate() {
+            *pairs = [a[i], b[i]];
+        }
+    }
+
     /// At `t`, one for each.
     #[inline(always)]
     fn expand(&self, line: &LatticeLine, t: DVec2) -> Expansion {

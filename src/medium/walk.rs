@@ -87,7 +87,9 @@ impl<'a> Samples<'a> {
             let cells = cells.get_or_insert_with(|| Dda::new(line, &self.cell_lattice, done, inside.end));
             let batch = batch.get_or_insert(Batch::default());
             while cells.t < bricks.t {
-                for chords in self.look_up(&core, trace(cells, bricks.t, batch)) {
+                let traced = trace(cells, bricks.t, batch);
+                let known = if self.blocks.is_empty() { self.look_up(&core, traced) } else { self.look_up_in_blocks(traced) };
+                for chords in known {
                     visitor.cells(line, chords)?;
                 }
             }
@@ -148,17 +150,24 @@ impl<'a> Samples<'a> {
             chords.numbers = self.cell_lattice.numbers(chords.cells);
         }
         for chords in batch.iter_mut() {
-            let [x, y, z] = chords.cells;
             let [a, b] = if chords.start.x >= core.start && chords.end.y <= core.end {
                 chords.numbers.to_array().map(|number| self.inner_corners(index(number)))
-            } else if self.blocks.is_empty() {
-                [0, 1].map(|i| self.corners([x[i] as i32, y[i] as i32, z[i] as i32]))
             } else {
-                [0, 1].map(|i| self.corners_in_block([x[i] as u32, y[i] as u32, z[i] as u32]))
+                let [x, y, z] = chords.cells;
+                [0, 1].map(|i| self.corners([x[i] as i32, y[i] as i32, z[i] as i32]))
             };
-            for (i, pairs) in chords.corners.iter_mut().enumerate() {
-                *pairs = [a[i], b[i]];
-            }
+            chords.set_corners(a, b);
+        }
+        batch
+    }
+
+    /// The same, of blocks.
+    #[inline(never)]
+    fn look_up_in_blocks<'c>(&self, batch: &'c mut [Chords]) -> &'c [Chords] {
+        for chords in batch.iter_mut() {
+            let [x, y, z] = chords.cells;
+            let [a, b] = [0, 1].map(|i| self.corners_in_block([x[i] as u32, y[i] as u32, z[i] as u32]));
+            chords.set_corners(a, b);
         }
         batch
     }
