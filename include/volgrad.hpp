@@ -1,6 +1,6 @@
 /* volgrad for C++11 and later: volgrad.h with memory that frees itself, arrays that know their length, callbacks that may throw, and
- * errors as exceptions. Header-only; links with the same library. What it does not say, volgrad.h says: volgrad::film_size is
- * volgrad_film_size, and structs keep their C names.
+ * errors as exceptions. Header-only; links with the same library. What it does not say, volgrad.h says: volgrad::line_tau is
+ * volgrad_line_tau, and structs keep their C names.
  *
  * Errors: every fallible function returns volgrad::result. That is void, and errors are thrown as volgrad::error; or, without exceptions
  * (-fno-exceptions, or VOLGRAD_NO_EXCEPTIONS defined), volgrad_status. Both may be mixed in one program.
@@ -139,13 +139,15 @@ class memory {
     }
     void take(std::size_t bytes) {
         enum { ALIGNMENT = 16 };
+        block_.reset(), forget();
+        if (bytes > SIZE_MAX - ALIGNMENT) return; /* NULL: VOLGRAD_ERROR_NULL */
 #ifndef VOLGRAD_NO_EXCEPTIONS
         block_.reset(new unsigned char[bytes + ALIGNMENT]);
 #else
         block_.reset(new (std::nothrow) unsigned char[bytes + ALIGNMENT]);
 #endif
         const std::size_t over = reinterpret_cast<std::uintptr_t>(block_.get()) % ALIGNMENT;
-        place_ = block_ ? block_.get() + (ALIGNMENT - over) % ALIGNMENT : nullptr; /* NULL: VOLGRAD_ERROR_NULL */
+        place_ = block_ ? block_.get() + (ALIGNMENT - over) % ALIGNMENT : nullptr;
         bytes_ = bytes;
     }
     void *get() const noexcept { return place_; }
@@ -156,6 +158,29 @@ class memory {
     std::unique_ptr<unsigned char[]> block_;
     unsigned char *place_;
     std::size_t bytes_;
+};
+
+/* An object of the library in memory of its own: movable, not copyable, NULL until made. */
+template <class T> class object {
+  public:
+    object() noexcept : made_(nullptr) {}
+    object(object &&other) noexcept : memory_(std::move(other.memory_)), made_(other.made_) { other.made_ = nullptr; }
+    object &operator=(object &&other) noexcept {
+        memory_ = std::move(other.memory_), made_ = other.made_, other.made_ = nullptr;
+        return *this;
+    }
+    /* `init` makes it in so many bytes, if the size function that told them did not fail. */
+    template <class Init> volgrad_status make(volgrad_status size_status, std::uintptr_t bytes, Init init) {
+        made_ = nullptr;
+        if (size_status != VOLGRAD_OK) return size_status;
+        memory_.take(bytes);
+        return init(memory_.get(), bytes, &made_);
+    }
+    T *get() const noexcept { return made_; }
+
+  private:
+    memory memory_;
+    T *made_;
 };
 
 /* ---- hosts ---- */
@@ -456,116 +481,88 @@ inline volgrad_transmittance_options transmittance_options_default() { return de
 /* A film. */
 class film {
   public:
-    film() noexcept : film_(nullptr) {}
-    film(film &&other) noexcept : memory_(std::move(other.memory_)), film_(other.film_) { other.film_ = nullptr; }
-    film &operator=(film &&other) noexcept {
-        memory_ = std::move(other.memory_), film_ = other.film_, other.film_ = nullptr;
-        return *this;
-    }
+    film() = default;
 #ifndef VOLGRAD_NO_EXCEPTIONS
-    film(std::uint32_t width, std::uint32_t height) : film_(nullptr) { init(width, height); }
+    film(std::uint32_t width, std::uint32_t height) { init(width, height); }
 #endif
     result init(std::uint32_t width, std::uint32_t height) {
         std::uintptr_t bytes = 0;
-        film_ = nullptr;
-        volgrad_status status = volgrad_film_size(width, height, &bytes);
-        if (status == VOLGRAD_OK) {
-            memory_.take(bytes);
-            status = volgrad_film_init(memory_.get(), bytes, width, height, &film_);
-        }
-        return detail::finish(status);
+        const volgrad_status status = volgrad_film_size(width, height, &bytes);
+        return detail::finish(film_.make(status, bytes, [&](void *memory, std::uintptr_t size, volgrad_film **made) {
+            return volgrad_film_init(memory, size, width, height, made);
+        }));
     }
-    result add(span<const volgrad_splat> splats) { return detail::finish(volgrad_film_add(film_, splats.data(), splats.size())); }
-    result merge(const volgrad_film *from) { return detail::finish(volgrad_film_merge(film_, from)); }
+    result add(span<const volgrad_splat> splats) { return detail::finish(volgrad_film_add(film_.get(), splats.data(), splats.size())); }
+    result merge(const volgrad_film *from) { return detail::finish(volgrad_film_merge(film_.get(), from)); }
     result develop(double scale, span<float> rgb) const {
-        return detail::finish(volgrad_film_develop(film_, scale, rgb.data(), rgb.size()));
+        return detail::finish(volgrad_film_develop(film_.get(), scale, rgb.data(), rgb.size()));
     }
-    result dropped(std::uint64_t &count) const { return detail::finish(volgrad_film_dropped(film_, &count)); }
+    result dropped(std::uint64_t &count) const { return detail::finish(volgrad_film_dropped(film_.get(), &count)); }
     /* Wherever C takes a film. */
-    operator volgrad_film *() noexcept { return film_; }
-    operator const volgrad_film *() const noexcept { return film_; }
+    operator volgrad_film *() noexcept { return film_.get(); }
+    operator const volgrad_film *() const noexcept { return film_.get(); }
 
   private:
-    detail::memory memory_;
-    volgrad_film *film_;
+    detail::object<volgrad_film> film_;
 };
 
 /* A scene, or with init_guide a guided one. What volgrad_scene_init borrows must outlive it, and so must the scene that a guided one is made of. */
 class scene {
   public:
-    scene() noexcept : scene_(nullptr) {}
-    scene(scene &&other) noexcept : memory_(std::move(other.memory_)), scene_(other.scene_) { other.scene_ = nullptr; }
-    scene &operator=(scene &&other) noexcept {
-        memory_ = std::move(other.memory_), scene_ = other.scene_, other.scene_ = nullptr;
-        return *this;
-    }
+    scene() = default;
 #ifndef VOLGRAD_NO_EXCEPTIONS
-    explicit scene(const volgrad_scene_desc &desc) : scene_(nullptr) { init(desc); }
+    explicit scene(const volgrad_scene_desc &desc) { init(desc); }
 #endif
     /* `place`, if not NULL, says which field was wrong; the exception does, too. */
     result init(const volgrad_scene_desc &desc, volgrad_error *place = nullptr) {
         volgrad_error wrong = sized<volgrad_error>();
         std::uintptr_t bytes = 0;
-        scene_ = nullptr;
-        volgrad_status status = volgrad_scene_size(&desc, &bytes);
-        if (status == VOLGRAD_OK) memory_.take(bytes);
-        /* Whatever was wrong with the size, this names it. */
-        status = volgrad_scene_init(memory_.get(), status == VOLGRAD_OK ? bytes : 0, &desc, &scene_, &wrong);
+        if (volgrad_scene_size(&desc, &bytes) != VOLGRAD_OK) bytes = 0; /* whatever was wrong with the size, init names it */
+        const volgrad_status status = scene_.make(VOLGRAD_OK, bytes, [&](void *memory, std::uintptr_t size, const volgrad_scene **made) {
+            return volgrad_scene_init(memory, size, &desc, made, &wrong);
+        });
         if (place) *place = wrong;
         return detail::finish(status, wrong);
     }
     /* volgrad_guide_init: `unguided`, with the guides that `lesson` tells. */
     result init_guide(const volgrad_scene *unguided, volgrad_film *lesson) {
         std::uintptr_t bytes = 0;
-        scene_ = nullptr;
-        volgrad_status status = volgrad_guide_size(unguided, &bytes);
-        if (status == VOLGRAD_OK) {
-            memory_.take(bytes);
-            status = volgrad_guide_init(memory_.get(), bytes, unguided, lesson, &scene_);
-        }
-        return detail::finish(status);
+        const volgrad_status status = volgrad_guide_size(unguided, &bytes);
+        return detail::finish(scene_.make(status, bytes, [&](void *memory, std::uintptr_t size, const volgrad_scene **made) {
+            return volgrad_guide_init(memory, size, unguided, lesson, made);
+        }));
     }
-    result dropped_densities(std::uint64_t &count) const { return detail::finish(volgrad_scene_dropped_densities(scene_, &count)); }
-    result dropped_values(std::uint64_t &count) const { return detail::finish(volgrad_scene_dropped_values(scene_, &count)); }
+    result dropped_densities(std::uint64_t &count) const { return detail::finish(volgrad_scene_dropped_densities(scene_.get(), &count)); }
+    result dropped_values(std::uint64_t &count) const { return detail::finish(volgrad_scene_dropped_values(scene_.get(), &count)); }
     /* Wherever C takes a scene. */
-    operator const volgrad_scene *() const noexcept { return scene_; }
+    operator const volgrad_scene *() const noexcept { return scene_.get(); }
 
   private:
-    detail::memory memory_;
-    const volgrad_scene *scene_;
+    detail::object<const volgrad_scene> scene_;
 };
 
 /* A chain. */
 class chain {
   public:
-    chain() noexcept : chain_(nullptr) {}
-    chain(chain &&other) noexcept : memory_(std::move(other.memory_)), chain_(other.chain_) { other.chain_ = nullptr; }
-    chain &operator=(chain &&other) noexcept {
-        memory_ = std::move(other.memory_), chain_ = other.chain_, other.chain_ = nullptr;
-        return *this;
-    }
     template <class Host>
     result init(const volgrad_scene *scene, Host &&host, const volgrad_chain_options &options, const volgrad_chain_techniques *techniques,
                 const volgrad_chain_start &start, volgrad_chain_stats *stats = nullptr) {
         detail::bridge_to<Host> queries(host);
         std::uintptr_t bytes = 0;
-        chain_ = nullptr;
-        volgrad_status status = volgrad_chain_size(&options, &bytes);
-        if (status == VOLGRAD_OK) {
-            memory_.take(bytes);
-            status = volgrad_chain_init(memory_.get(), bytes, scene, queries.get(), &options, techniques, &start, stats, &chain_);
-        }
-        return queries.finish(status);
+        const volgrad_status status = volgrad_chain_size(&options, &bytes);
+        return queries.finish(chain_.make(status, bytes, [&](void *memory, std::uintptr_t size, volgrad_chain **made) {
+            return volgrad_chain_init(memory, size, scene, queries.get(), &options, techniques, &start, stats, made);
+        }));
     }
     template <class Host>
     result run(const volgrad_scene *scene, Host &&host, std::uint64_t mutations, volgrad_film *film, volgrad_chain_stats *stats = nullptr) {
         detail::bridge_to<Host> queries(host);
-        return queries.finish(volgrad_chain_run(chain_, scene, queries.get(), mutations, film, stats));
+        return queries.finish(volgrad_chain_run(chain_.get(), scene, queries.get(), mutations, film, stats));
     }
     template <class Host>
     result flush(const volgrad_scene *scene, Host &&host, volgrad_film *film, volgrad_chain_stats *stats = nullptr) const {
         detail::bridge_to<Host> queries(host);
-        return queries.finish(volgrad_chain_flush(chain_, scene, queries.get(), film, stats));
+        return queries.finish(volgrad_chain_flush(chain_.get(), scene, queries.get(), film, stats));
     }
     template <class Host>
     result peek(const volgrad_scene *scene, Host &&host, volgrad_chain_mutation &mutation, span<volgrad_vertex> current,
@@ -573,15 +570,14 @@ class chain {
         detail::bridge_to<Host> queries(host);
         const std::size_t capacity = current.size() < proposed.size() ? current.size() : proposed.size();
         mutation = sized<volgrad_chain_mutation>();
-        return queries.finish(volgrad_chain_peek(chain_, scene, queries.get(), &mutation, current.data(), proposed.data(),
+        return queries.finish(volgrad_chain_peek(chain_.get(), scene, queries.get(), &mutation, current.data(), proposed.data(),
                                                  detail::count32(capacity)));
     }
-    operator volgrad_chain *() noexcept { return chain_; }
-    operator const volgrad_chain *() const noexcept { return chain_; }
+    operator volgrad_chain *() noexcept { return chain_.get(); }
+    operator const volgrad_chain *() const noexcept { return chain_.get(); }
 
   private:
-    detail::memory memory_;
-    volgrad_chain *chain_;
+    detail::object<volgrad_chain> chain_;
 };
 
 /* ---- kernels ---- */

@@ -417,7 +417,7 @@ MUTANTS = [
         "src/sampler/primary.rs",
         "const SHIFT: u64 = 1;",
         "const SHIFT: u64 = 0;",
-        "unbiased exact_disk_under_a_point_light",
+        "unbiased exact_ball_under_a_point_light",
     ),
     # Gradients.
     Mutant(

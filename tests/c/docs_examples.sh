@@ -2,15 +2,9 @@
 # What docs/ shows compiles: every block fenced by ```c alone, as a file, and is run if it has a main; docs/reference.md is what the header makes.
 # Usage: [CC=cc] [PYTHON=python3] [LIBRARY=build/libvolgrad.a] docs_examples.sh
 set -eu
+. "$(dirname "$0")/../try.sh"
 cd "$(dirname "$0")/../.."
 library=${LIBRARY:-build/libvolgrad.a}
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-passed=0 failed=0
-
-try() {
-    if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "failed: $*"; fi
-}
 
 flags="-std=c99 -Wall -Wextra -Wpedantic -Wno-missing-field-initializers -Werror -Iinclude"
 try "${PYTHON:-python3}" docs/reference.py --check
@@ -28,5 +22,4 @@ for source in "$work"/*.c; do
         try ${CC:-cc} $flags -c "$source" -o "$work/object.o"
     fi
 done
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+finish

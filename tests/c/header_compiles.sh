@@ -2,15 +2,9 @@
 # include/volgrad.h alone, included twice, compiles without a warning as every C and C++ that its users build with; and the library
 # exports exactly the functions that it declares. Usage: [LIBRARY=build/libvolgrad.a] header_compiles.sh
 set -eu
+. "$(dirname "$0")/../try.sh"
 cd "$(dirname "$0")/../.."
 library=${LIBRARY:-build/libvolgrad.a}
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-passed=0 failed=0
-
-try() {
-    if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "failed: $*"; fi
-}
 
 cat >"$work/use.c" <<'C'
 #include "volgrad.h"
@@ -43,5 +37,4 @@ gcc -E -P -Iinclude "$work/use.c" | grep -o 'volgrad_[a-z0-9_]*(' | tr -d '(' | 
 nm --defined-only --extern-only "$library" 2>/dev/null | awk '$2 == "T" && $3 ~ /^volgrad_/ { print $3 }' | sort -u >"$work/defined"
 try diff "$work/declared" "$work/defined"
 echo "header: $(wc -l <"$work/declared") functions"
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+finish

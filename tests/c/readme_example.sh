@@ -2,11 +2,9 @@
 # The C program in README.md and the small ones in examples_c/ compile as given and print what they should.
 # Usage: [CC=cc] [LIBRARY=build/libvolgrad.a] readme_example.sh
 set -eu
+. "$(dirname "$0")/../try.sh"
 cd "$(dirname "$0")/../.."
 library=${LIBRARY:-build/libvolgrad.a}
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-passed=0 failed=0
 
 # build_and_run STANDARD SOURCE EXPECTED-PATTERN
 build_and_run() {
@@ -33,5 +31,4 @@ build_and_run c99 examples_c/path_gradient.c '^( 0.00,  0.00,  0.00)       1.000
 build_and_run c99 examples_c/custom_medium.c '^step 0.05:      optical depth 3.601'
 # Two samplers that use the callbacks in different ways.
 build_and_run c99 examples_c/custom_materials.c '^they agree; 0 bad values$'
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+finish

@@ -2,14 +2,8 @@
 # include/volgrad.hpp compiles without a warning as every C++ that its users build with, and reaches every function of volgrad.h.
 # Usage: header_compiles.sh
 set -eu
+. "$(dirname "$0")/../try.sh"
 cd "$(dirname "$0")/../.."
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-passed=0 failed=0
-
-try() {
-    if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "failed: $*"; fi
-}
 
 warnings="-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror"
 for cxx in g++ clang++; do
@@ -33,5 +27,4 @@ comm -23 "$work/declared" "$work/mentioned" >"$work/missing"
 try [ ! -s "$work/missing" ]
 sed 's/^/volgrad.hpp lacks /' "$work/missing"
 echo "volgrad.hpp: $(wc -l <"$work/declared") functions"
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+finish

@@ -2,17 +2,11 @@
 # libvolgrad_core needs no operating system, no standard library and cannot panic; and both archives link beside other Rust libraries.
 # Usage: [CC=cc] [BUILD=build] freestanding.sh
 set -eu
+. "$(dirname "$0")/../try.sh"
 cd "$(dirname "$0")/../.."
 build=${BUILD:-build}
 cc=${CC:-cc} library=$build/libvolgrad.a core=$build/libvolgrad_core.a
 hosted="-lm -lpthread -ldl -lgcc_s"
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-passed=0 failed=0
-
-try() {
-    if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "failed: $*"; fi
-}
 
 no_lines() { # FILE
     [ ! -s "$1" ] || { cat "$1"; false; }
@@ -75,5 +69,4 @@ for archive in "$library" "$core"; do
     done
 done
 
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+finish

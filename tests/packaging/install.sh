@@ -2,21 +2,15 @@
 # A fresh installation, and the programs of examples_c/consumers built with it, in C and in C++, as their users would.
 # Usage: [MAKE=make] [CC=cc] [CXX=c++] [BUILD=build] install.sh
 set -eu
+. "$(dirname "$0")/../try.sh"
 cd "$(dirname "$0")/../.."
 make=${MAKE:-make} build=${BUILD:-build} prefix=/opt/volgrad
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
 soname=libvolgrad.so.$(sed -n 's/^#define VOLGRAD_ABI_VERSION //p' include/volgrad.h)
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
 stage=$work/stage
 lib=$stage$prefix/lib
 # This may run inside make.
 unset MAKEFLAGS MFLAGS MAKELEVEL
-passed=0 failed=0
-
-try() {
-    if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "failed: $*"; fi
-}
 
 quietly() {
     "$@" >"$work/log" 2>&1 || { cat "$work/log"; false; }
@@ -83,5 +77,4 @@ try quietly "$make" uninstall BUILD="$build" DESTDIR="$stage" PREFIX="$prefix"
 find "$stage" ! -type d >"$work/left"
 try [ ! -s "$work/left" ]
 
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+finish

@@ -3,14 +3,8 @@
 # another host's by record_test. Files that are no records, or were changed, are refused by name.
 # Usage: replay_test.sh RENDER REPLAY RECORD_TEST
 set -eu
+. "$(dirname "$0")/../try.sh"
 render=$1 replay=$2 record_test=$3
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-passed=0 failed=0
-
-try() {
-    if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "failed: $*"; fi
-}
 
 # says TEXT STATUS FILE: volgrad-replay ends with the status, having said the text.
 says() {
@@ -78,5 +72,4 @@ for wrong in 1 1: :1 -1:2 1:2x; do
     try grep -q 'CHAIN:MUTATION' "$work/said"
 done
 
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+finish
