@@ -49,7 +49,8 @@ RECORD := examples_c/record/record.c examples_c/record/mutation.c
 RECORD_HEADERS := $(wildcard examples_c/record/*.h)
 RECORD_OBJECTS := $(RECORD:examples_c/record/%.c=$(BUILD)/record/%.o)
 
-.PHONY: all deps demo test validate bench peers chains figures header clean test-rust test-c test-record test-packaging test-cli test-scenes test-nvdb libraries install uninstall abi panics FORCE
+.PHONY: all libraries deps demo test validate bench peers chains figures header abi panics clean install uninstall FORCE
+.PHONY: test-rust test-c test-record test-packaging test-cli test-scenes test-nvdb
 .DELETE_ON_ERROR:
 
 all: $(LIBRARY) $(RENDER) $(REPLAY)

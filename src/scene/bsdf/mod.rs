@@ -174,8 +174,8 @@ impl Bsdf<'_> {
     }
 
     /// ∂log f_r/∂to_camera and ∂log f_r/∂to_light per colour channel, as unconstrained vectors: for a direction ω to a point at a
-    /// distance d, the gradient with respect to that point is (I − ωωᵀ)/d times it. 0 where f_r does not depend on the direction, or is 0. None: the host does not
-    /// tell.
+    /// distance d, the gradient with respect to that point is (I − ωωᵀ)/d times it. 0 where f_r does not depend on the direction, or is 0.
+    /// None: the host does not tell.
     pub fn log_gradient(&self, n: DVec3, to_camera: DVec3, to_light: DVec3) -> Option<LogGradients> {
         match *self {
             Self::RoughConductor(rough) => Some(rough.log_gradient(n, to_camera, to_light)),
