@@ -9,7 +9,7 @@ static const char HELP[] =
     "\n"
     "  -o, --output FILE      the image; its name ends in .exr\n"
     "      --integrator I     path, bdpt: bidirectional paths, mmlt: Metropolis light transport; auto (default without --shift, else\n"
-    "                         path): path or bdpt, with or without shifts, whichever two trial passes of each find best for the\n"
+    "                         path): path or bdpt, with or without shifts, whichever small trials of each find best for the\n"
     "                         scene; path in less than 32 samples per pixel\n"
     "      --spp N            paths per pixel (default: the scene's sample_count)\n"
     "      --time SECONDS     stop after the whole pass, or round of mutations, that passes this time; with --spp, whichever is first\n"

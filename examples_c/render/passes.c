@@ -15,7 +15,7 @@ static volgrad_status render_item(void *user, unsigned worker, uint64_t item)
     const passes *p = user;
     const render_job *job = p->job;
     uint64_t pass = p->done + item / p->blocks_per_pass;
-    uint32_t first_pixel = (uint32_t)(item % p->blocks_per_pass) * p->block_pixels;
+    uint32_t first_pixel = p->first_pixel + (uint32_t)(item % p->blocks_per_pass) * p->block_stride;
     uint32_t left = job->pixel_count - first_pixel;
     uint32_t count = left < p->block_pixels ? left : p->block_pixels;
     volgrad_film *film = p->films.each[worker].film;
@@ -70,6 +70,7 @@ static uint32_t block_size(const render_job *job)
 int passes_start(passes *p, const render_job *job, volgrad_status *status)
 {
     *p = (passes){.job = job, .block_pixels = block_size(job)};
+    p->block_stride = p->block_pixels;
     p->blocks_per_pass = (job->pixel_count + p->block_pixels - 1) / p->block_pixels;
     p->stats = counts_of_paths(job->threads);
     return films_make(&p->films, job->threads, job->width, job->height, status) && p->stats != NULL;

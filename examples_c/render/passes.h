@@ -13,8 +13,8 @@ typedef struct {
     uint64_t done;
     double seconds;     /* that they took */
     uint64_t last_size; /* of the last group */
-    uint32_t block_pixels;
-    uint32_t blocks_per_pass;
+    uint32_t block_pixels, blocks_per_pass;
+    uint32_t first_pixel, block_stride; /* where the first block begins, and how far after another the next; 0 and block_pixels: all pixels */
     int quiet; /* does not report */
 } passes;
 

@@ -1,6 +1,5 @@
 #include "render.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -25,36 +24,30 @@ double render_seconds_left(const render_job *job)
     return job->max_seconds > 0.0 ? job->max_seconds - (seconds_wall() - job->start) : INFINITY;
 }
 
-static int render_chains(const render_job *job, const guide *g, render_result *result)
+static int render_chains(const render_job *job, guide *g, render_result *result)
 {
     render_job guided = *job;
+    if (!guide_learn(g, job, &result->status)) {
+        return 0;
+    }
     guided.scene = g->scene;
     return metropolis_render(&guided, result);
 }
 
-/* The ways' roulettes begin with what the guide knows of the image. */
-static int render_best_way(const render_job *job, const guide *g, render_result *result)
+/* One way is taken as it is; of several, guides are learned only for those that need them. */
+static int render_best_way(const render_job *job, guide *g, render_result *result)
 {
-    volgrad_bidirectional_options bidirectional[MOST_WAYS];
-    way ways[MOST_WAYS];
-    render_job guided = *job;
-    guided.scene = g->scene;
-    guided.ways = ways;
-    for (unsigned i = 0; i < job->way_count; ++i) {
-        ways[i] = job->ways[i];
-        if (ways[i].bidirectional != NULL) {
-            bidirectional[i] = *ways[i].bidirectional;
-            bidirectional[i].roulette = (float)fmin(ways[i].roulette * g->brightness, FLT_MAX);
-            ways[i].bidirectional = &bidirectional[i];
-        }
-    }
-    if (!ways_choose(&guided, result)) {
+    volgrad_bidirectional_options bidirectional;
+    render_job chosen = *job;
+    if (!(job->way_count > 1 ? ways_choose(job, g, result) : guide_learn(g, job, &result->status))) {
         return 0;
     }
-    guided.sampler = ways[result->way].sampler;
-    guided.bidirectional = ways[result->way].bidirectional;
-    result->roulette = guided.bidirectional != NULL ? guided.bidirectional->roulette : 0.0;
-    return passes_render(&guided, result);
+    const way *way = &job->ways[result->way];
+    chosen.scene = g->scene;
+    chosen.sampler = way->sampler;
+    chosen.bidirectional = ways_guided(way, g, &bidirectional);
+    result->roulette = chosen.bidirectional != NULL ? bidirectional.roulette : 0.0;
+    return passes_render(&chosen, result);
 }
 
 int render_run(const render_job *job, render_result *result)
@@ -69,14 +62,11 @@ int render_run(const render_job *job, render_result *result)
         first_way.guide = NULL;
         job = &first_way;
     }
-    guide g;
-    int ok = guide_learn(&g, job, &result->status);
+    guide g = {.scene = job->scene};
+    int ok = job->chains != NULL ? render_chains(job, &g, result) : render_best_way(job, &g, result);
     result->guide_samples = g.samples;
     result->guide_seconds = g.seconds;
     result->guide_stats = g.stats;
-    if (ok) {
-        ok = job->chains != NULL ? render_chains(job, &g, result) : render_best_way(job, &g, result);
-    }
     guide_free(&g);
     result->wall_seconds = seconds_wall() - job->start;
     result->cpu_seconds = seconds_cpu() - cpu_start;
