@@ -86,6 +86,7 @@ fn samples(scene: &Scene, options: &Options) -> Vec<Sample> {
         seed: SEED,
         shift: Some(*options),
         left_out: volgrad::sampler::Lengths::NONE,
+        first: volgrad::sampler::FirstVertices::ALL,
     };
     let tracer = PathTracer { scene, queries: &Open, options };
     (0..).filter_map(|pass| sample(&tracer, pass)).take(PATHS).collect()

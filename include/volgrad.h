@@ -44,6 +44,18 @@
 // `volgrad_custom_bsdf.flags`: light passes to the other side.
 #define VOLGRAD_BSDF_TRANSMITS 1
 
+// Paths whose first vertex after the camera is in a medium.
+#define VOLGRAD_FIRST_VERTEX_MEDIUM 1
+
+// On a surface that scatters.
+#define VOLGRAD_FIRST_VERTEX_SURFACE 2
+
+// On a specular one.
+#define VOLGRAD_FIRST_VERTEX_SPECULAR 4
+
+// Light that the camera sees directly.
+#define VOLGRAD_FIRST_VERTEX_NONE 8
+
 // No batch: every path stays as it is.
 #define VOLGRAD_SHIFT_NONE 0
 
@@ -715,7 +727,9 @@ typedef struct volgrad_path_sampler_options {
   uint32_t max_depth;
   // Vertices before Russian roulette begins.
   uint32_t rr_depth;
-  uint32_t reserved;
+  // The paths to render, a sum of `VOLGRAD_FIRST_VERTEX_*`; 0: all. The layers that make an image have, with the same seed, the same
+  // paths, and add up to it.
+  uint32_t first_vertex;
   uint64_t seed;
   // Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
   struct volgrad_shift_options shift;
@@ -1067,6 +1081,8 @@ typedef struct volgrad_sparse_grid {
   // which have to be equal. Borrowed: must outlive the scene.
   const float *density;
 } volgrad_sparse_grid;
+
+
 
 
 

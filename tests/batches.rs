@@ -97,6 +97,7 @@ fn a_path_handed_in_is_shifted_like_the_samplers_own() {
                 seed: 41,
                 shift: Some(shift),
                 left_out: volgrad::sampler::Lengths::NONE,
+                first: volgrad::sampler::FirstVertices::ALL,
             };
             let (mut compared, mut apart, mut full) = (0_u32, 0_u32, 0);
             for pass in 0..3000 {

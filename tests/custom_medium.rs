@@ -355,8 +355,14 @@ fn with_a_copy(mut world: World) -> World {
 /// which a new seed trips with probability 0.9 %. Shifted exchangeably, the copy's mean stays as well.
 #[test]
 fn a_copy_renders_the_same() {
-    let options =
-        sampler::Options { max_depth: 5, rr_depth: 3, seed: 1, shift: None, left_out: volgrad::sampler::Lengths::NONE };
+    let options = sampler::Options {
+        max_depth: 5,
+        rr_depth: 3,
+        seed: 1,
+        shift: None,
+        left_out: volgrad::sampler::Lengths::NONE,
+        first: volgrad::sampler::FirstVertices::ALL,
+    };
     let grid = Estimate::of_path_tracer(&edges_under_area_lights(), options, PASSES * scale());
     let copy = with_a_copy(edges_under_area_lights());
     let plain = Estimate::of_path_tracer(&copy, sampler::Options { seed: 2, ..options }, PASSES * scale());

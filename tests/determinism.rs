@@ -10,7 +10,7 @@ use toy::batch::record;
 use toy::scenes::{World, camera, edges_under_area_lights, edges_with_specular_surfaces, homogeneous};
 use volgrad::film::{Cell, Film};
 use volgrad::math::{Colour, Vec3};
-use volgrad::sampler::{Options, PathTracer, Stats, shift_numbers};
+use volgrad::sampler::{FirstVertices, Options, PathTracer, Stats, shift_numbers};
 use volgrad::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, Light, MAX_SEGMENTS, Queries, Ray, Stop};
 use volgrad::shift::{self, Draw, Kernel, Mode, Radius};
 
@@ -26,7 +26,7 @@ fn options(shift: Option<(Mode, Kernel)>) -> Options {
         let count = if kernel == Kernel::Tile { 8 } else { 3 };
         shift::Options { run: 3, alpha: 0.25, ..shift::Options::new(mode, kernel, count) }
     });
-    Options { max_depth: 6, rr_depth: 3, seed: 5, shift, left_out: volgrad::sampler::Lengths::NONE }
+    Options { max_depth: 6, rr_depth: 3, seed: 5, shift, left_out: volgrad::sampler::Lengths::NONE, first: FirstVertices::ALL }
 }
 
 /// A film with its memory, and the counts of what went into it.
@@ -113,6 +113,42 @@ const SHIFTS: [(Mode, Kernel); 6] = [
     (Mode::Exchangeable, Kernel::Tile),
     (Mode::FirstOrder, Kernel::Tile),
 ];
+
+/// Largest difference of two pictures' cells.
+fn difference(a: &Picture, b: &Picture) -> u128 {
+    let cells = a.cells.iter().zip(&b.cells);
+    cells.flat_map(|(a, b)| (0..3).map(|i| a.0[i].abs_diff(b.0[i]))).max().expect("a picture has cells")
+}
+
+/// Paths by their first vertex: each is in one layer, with all that it is worth in the image, up to roundings of sums.
+#[test]
+fn layers_add_up_to_the_image() {
+    const ROUNDING: u128 = 1 << 20; // 2⁻⁴⁴
+    const NOTHING: FirstVertices = FirstVertices { medium: false, surface: false, specular: false, none: false };
+    let layers = [
+        FirstVertices { medium: true, ..NOTHING },
+        FirstVertices { surface: true, ..NOTHING },
+        FirstVertices { specular: true, ..NOTHING },
+        FirstVertices { none: true, ..NOTHING },
+    ];
+    let dark = Picture::new();
+    let fog = || World::new(camera([0.0, 0.0, -3.0], 0.8, 8)).medium([-1.0; 3], [1.0; 3], homogeneous([0.9; 3], [0.8; 3], 0.3));
+    let environment = Light::Environment { radiance: Colour::new(0.3, 0.4, 0.5) };
+    let worlds = [edges_with_specular_surfaces(), edges_under_area_lights(), fog().light(environment, 1.0)];
+    for shift in [None, Some((Mode::Exchangeable, Kernel::Tile)), Some((Mode::Exact, BALL))] {
+        for (world, kinds) in worlds.iter().zip([[true; 4], [true, true, false, true], [true, false, false, true]]) {
+            let picture = |options| Picture::of(world, options, work(PIXELS));
+            let image = picture(options(shift));
+            let layers = layers.map(|first| picture(Options { first, ..options(shift) }));
+            for (layer, kind) in layers.iter().zip(kinds) {
+                assert_eq!(difference(layer, &dark) > 0, kind, "{shift:?}");
+            }
+            assert_eq!(layers[3].cells, picture(Options { max_depth: 1, ..options(shift) }).cells, "{shift:?}");
+            let sum = layers.into_iter().reduce(Picture::merge).expect("there are layers");
+            assert!(difference(&sum, &image) < ROUNDING, "{shift:?}");
+        }
+    }
+}
 
 #[test]
 fn any_split_and_order_gives_the_same_bits() {

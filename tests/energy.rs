@@ -29,7 +29,14 @@ fn white_grid() -> Medium<'static> {
 }
 
 fn options(max_depth: u32, shift: Option<shift::Options>) -> sampler::Options {
-    sampler::Options { max_depth, rr_depth: 4, seed: 23, shift, left_out: volgrad::sampler::Lengths::NONE }
+    sampler::Options {
+        max_depth,
+        rr_depth: 4,
+        seed: 23,
+        shift,
+        left_out: volgrad::sampler::Lengths::NONE,
+        first: volgrad::sampler::FirstVertices::ALL,
+    }
 }
 
 fn assert_furnace(name: &str, world: &World, passes: u64, shift: Option<shift::Options>) {

@@ -76,8 +76,14 @@ fn a_record_is_the_whole_path() {
         [(edges_under_area_lights(), false), (edges_with_specular_surfaces(), true), (edges_with_rough_surfaces(), true)];
     for (world, ends_early) in worlds {
         let scene = world.scene();
-        let sampler =
-            |shift| sampler::Options { max_depth: 10, rr_depth: 4, seed: 11, shift, left_out: volgrad::sampler::Lengths::NONE };
+        let sampler = |shift| sampler::Options {
+            max_depth: 10,
+            rr_depth: 4,
+            seed: 11,
+            shift,
+            left_out: volgrad::sampler::Lengths::NONE,
+            first: volgrad::sampler::FirstVertices::ALL,
+        };
         for (run, mode) in [(1, Mode::Exact), (2, Mode::LogLinear), (3, Mode::Exchangeable), (MAX_RUN, Mode::TwoLevel)] {
             let (mut long, mut beside) = (0, 0);
             for pass in 0..8000 {

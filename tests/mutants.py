@@ -26,6 +26,21 @@ class Mutant:
 
 
 MUTANTS = [
+    # Layers.
+    Mutant(
+        "paths that begin on a mirror are in the layer of surfaces that scatter",
+        "src/sampler/path_tracer.rs",
+        "if bsdf.is_specular() => first.specular",
+        "if bsdf.is_specular() => first.surface",
+        "determinism layers_add_up",
+    ),
+    Mutant(
+        "light that the camera sees directly is in every layer",
+        "src/sampler/path_tracer.rs",
+        "|_| self.options.first.none && ",
+        "|_| ",
+        "determinism layers_add_up",
+    ),
     # Paths handed over together.
     Mutant(
         "contributions that share a link and a wing: only the first counts",

@@ -148,7 +148,14 @@ impl Setting {
 
     /// The path sampler's image against the quadrature.
     fn assert_agrees(&self, name: &str, passes: u64, shift: Option<shift::Options>) {
-        let options = sampler::Options { max_depth: 2, rr_depth: 9, seed: 7, shift, left_out: volgrad::sampler::Lengths::NONE };
+        let options = sampler::Options {
+            max_depth: 2,
+            rr_depth: 9,
+            seed: 7,
+            shift,
+            left_out: volgrad::sampler::Lengths::NONE,
+            first: volgrad::sampler::FirstVertices::ALL,
+        };
         let estimate = Estimate::of_path_tracer(&self.world, options, passes * scale());
         let exact: Vec<f64> = (0..estimate.pixels()).map(|i| self.pixel(i)).collect();
         let mean = exact.iter().sum::<f64>() / exact.len() as f64;

@@ -53,7 +53,14 @@ fn out_of_focus_is_as_blurred_as_geometry_says() {
     let world = World::new(lens_camera()).area_light(LAMP.0, LAMP.1, LAMP.2, 1.0, 1.0);
     let estimate = Estimate::of_path_tracer(
         &world,
-        Options { max_depth: 1, rr_depth: 9, seed: 3, shift: None, left_out: volgrad::sampler::Lengths::NONE },
+        Options {
+            max_depth: 1,
+            rr_depth: 9,
+            seed: 3,
+            shift: None,
+            left_out: volgrad::sampler::Lengths::NONE,
+            first: volgrad::sampler::FirstVertices::ALL,
+        },
         64,
     );
     let mut blurred = 0;

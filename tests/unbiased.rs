@@ -38,7 +38,14 @@ struct Subject {
 }
 
 fn subject(world: World, max_depth: u32) -> Subject {
-    let options = sampler::Options { max_depth, rr_depth: 3, seed: 1, shift: None, left_out: volgrad::sampler::Lengths::NONE };
+    let options = sampler::Options {
+        max_depth,
+        rr_depth: 3,
+        seed: 1,
+        shift: None,
+        left_out: volgrad::sampler::Lengths::NONE,
+        first: volgrad::sampler::FirstVertices::ALL,
+    };
     let reference = Estimate::of_path_tracer(&world, options, PASSES * scale());
     Subject { world, options, reference }
 }

@@ -129,6 +129,9 @@ void metadata_collect(metadata *m, const image_source *source)
     if (source->options->integrator != INTEGRATOR_PATH) {
         add_number(m, "guideSamples", (double)result->guide_samples);
     }
+    if (source->sampler->first_vertex != 0) {
+        add_text(m, "firstVertex", options_first_vertex_name(source->sampler->first_vertex));
+    }
     if (source->technique != NULL) {
         add_number(m, "lightVertices", source->technique->light_vertices);
         add_number(m, "cameraVertices", source->technique->camera_vertices);

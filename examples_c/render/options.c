@@ -16,6 +16,7 @@ enum {
     OPTION_THREADS,
     OPTION_SEED,
     OPTION_MAX_DEPTH,
+    OPTION_FIRST_VERTEX,
     OPTION_SHIFT,
     OPTION_SHIFT_COUNT,
     OPTION_SHIFT_RADIUS,
@@ -52,6 +53,7 @@ static const struct option LONG_OPTIONS[] = {
     {"threads", required_argument, NULL, OPTION_THREADS},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"max-depth", required_argument, NULL, OPTION_MAX_DEPTH},
+    {"first-vertex", required_argument, NULL, OPTION_FIRST_VERTEX},
     {"shift", required_argument, NULL, OPTION_SHIFT},
     {"shift-count", required_argument, NULL, OPTION_SHIFT_COUNT},
     {"shift-radius", required_argument, NULL, OPTION_SHIFT_RADIUS},
@@ -103,13 +105,14 @@ static int read_max_depth(const char *text, options *out)
     return read_whole32(text, 1, INT32_MAX, &out->max_depth);
 }
 
-/* Options that mean nothing without --shift, --integrator bdpt, either, --integrator mmlt, or with bdpt: the last one seen of each, or
-   NULL. */
+/* Options that mean nothing without --shift, --integrator bdpt, either, --integrator mmlt, path, or with bdpt: the last one seen of each,
+   or NULL. */
 typedef struct {
     const char *needs_shift;
     const char *needs_bdpt;
     const char *needs_lights; /* --integrator bdpt or mmlt, whose subpaths start at lights too */
     const char *needs_mmlt;
+    const char *needs_path;
     const char *not_for_bdpt;
     int integrator, shift; /* whether they were given */
 } usage;
@@ -208,6 +211,10 @@ static int take_option(int option, const char *value, options *out, usage *seen)
         return read_whole(value, 0, UINT64_MAX, &out->seed) || complain("seed", value, "a whole number from 0 to 2^64 - 1");
     case OPTION_MAX_DEPTH:
         return read_max_depth(value, out) || complain("max-depth", value, "a whole number from 1 on, or -1 for no limit");
+    case OPTION_FIRST_VERTEX:
+        seen->needs_path = "--first-vertex";
+        return read_first_vertex(value, &out->first_vertex) ||
+               complain("first-vertex", value, "medium, surface, specular or none");
     case OPTION_INTEGRATOR:
         seen->integrator = 1;
         return read_integrator(value, &out->integrator) ||
@@ -328,6 +335,9 @@ static options_result check_line(const options *out, const usage *seen, int scen
     if (seen->needs_mmlt != NULL && out->integrator != INTEGRATOR_MMLT) {
         return refuse(seen->needs_mmlt, " means nothing without --integrator mmlt");
     }
+    if (seen->needs_path != NULL && out->integrator != INTEGRATOR_PATH) {
+        return refuse(seen->needs_path, " means nothing without --integrator path");
+    }
     if (out->integrator == INTEGRATOR_AUTO && out->shift.mode != VOLGRAD_SHIFT_NONE) {
         return refuse("", "--integrator auto chooses shifts itself: no --shift");
     }
@@ -366,7 +376,7 @@ options_result options_parse(int argc, char **argv, options *out)
         }
     }
     out->scene = optind < argc ? argv[optind] : NULL;
-    if (!seen.integrator && seen.shift) {
+    if (!seen.integrator && (seen.shift || seen.needs_path != NULL)) {
         out->integrator = INTEGRATOR_PATH;
     }
     return check_line(out, &seen, argc - optind);

@@ -17,6 +17,7 @@ typedef struct {
     uint64_t seed;
     int has_max_depth;
     uint32_t max_depth; /* 0: no limit */
+    uint32_t first_vertex; /* VOLGRAD_FIRST_VERTEX_*; 0: all paths */
     uint32_t integrator; /* INTEGRATOR_* */
     uint32_t heuristic;  /* VOLGRAD_HEURISTIC_* */
     int has_guide;

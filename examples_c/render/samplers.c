@@ -86,6 +86,7 @@ int samplers_set(samplers *out, const options *o, const scene *s)
     }
     out->path.max_depth = o->has_max_depth ? o->max_depth : s->max_depth;
     out->path.rr_depth = s->rr_depth;
+    out->path.first_vertex = o->first_vertex;
     out->path.seed = o->seed;
     out->path.shift = o->shift;
     switch (o->integrator) {

@@ -7,7 +7,7 @@ use super::shifts::{DEFAULTS as SHIFT_DEFAULTS, options as shift_options, volgra
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::{volgrad_queries, volgrad_query_fn};
 use crate::film::Film;
-use crate::sampler::{Lengths, Options, PathTracer, Stats};
+use crate::sampler::{FirstVertices, Lengths, Options, PathTracer, Stats};
 use crate::scene::{Hit, Queries, Ray, Scene, Stop};
 use core::ops::Range;
 use core::ptr::null_mut;
@@ -52,6 +52,16 @@ impl Queries for HostQueries {
     }
 }
 
+/// Paths whose first vertex after the camera is in a medium.
+pub const VOLGRAD_FIRST_VERTEX_MEDIUM: u32 = 1;
+/// On a surface that scatters.
+pub const VOLGRAD_FIRST_VERTEX_SURFACE: u32 = 2;
+/// On a specular one.
+pub const VOLGRAD_FIRST_VERTEX_SPECULAR: u32 = 4;
+/// Light that the camera sees directly.
+pub const VOLGRAD_FIRST_VERTEX_NONE: u32 = 8;
+const VOLGRAD_FIRST_VERTEX_ALL: u32 = 15;
+
 /// Settings of the path sampler.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +72,9 @@ pub struct volgrad_path_sampler_options {
     pub max_depth: u32,
     /// Vertices before Russian roulette begins.
     pub rr_depth: u32,
-    pub reserved: u32,
+    /// The paths to render, a sum of `VOLGRAD_FIRST_VERTEX_*`; 0: all. The layers that make an image have, with the same seed, the same
+    /// paths, and add up to it.
+    pub first_vertex: u32,
     pub seed: u64,
     /// Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
     pub shift: volgrad_shift_options,
@@ -77,7 +89,7 @@ const DEFAULTS: volgrad_path_sampler_options = volgrad_path_sampler_options {
     struct_size: size_of::<volgrad_path_sampler_options>() as u32,
     max_depth: 0,
     rr_depth: 5,
-    reserved: 0,
+    first_vertex: 0,
     seed: 0,
     shift: SHIFT_DEFAULTS,
     left_out_first: 0,
@@ -213,5 +225,15 @@ fn options(o: &volgrad_path_sampler_options) -> Result<Options, Fault> {
         0 => Lengths::NONE,
         first => Lengths { first, last: o.left_out_last },
     };
-    Ok(Options { max_depth, rr_depth: o.rr_depth, seed: o.seed, shift: shift_options(&o.shift)?, left_out })
+    let has = |bit| o.first_vertex == 0 || o.first_vertex & bit != 0;
+    if o.first_vertex > VOLGRAD_FIRST_VERTEX_ALL {
+        return Err(VOLGRAD_ERROR_KIND.at(c"first_vertex", 0));
+    }
+    let first = FirstVertices {
+        medium: has(VOLGRAD_FIRST_VERTEX_MEDIUM),
+        surface: has(VOLGRAD_FIRST_VERTEX_SURFACE),
+        specular: has(VOLGRAD_FIRST_VERTEX_SPECULAR),
+        none: has(VOLGRAD_FIRST_VERTEX_NONE),
+    };
+    Ok(Options { max_depth, rr_depth: o.rr_depth, seed: o.seed, shift: shift_options(&o.shift)?, left_out, first })
 }

@@ -2,6 +2,7 @@
 
 pub mod bidirectional;
 mod camera_samples;
+mod first_vertices;
 mod interaction;
 mod lengths;
 pub mod metropolis;
@@ -11,6 +12,7 @@ mod primary;
 mod record;
 
 pub use camera_samples::CameraSamples;
+pub use first_vertices::FirstVertices;
 pub use lengths::Lengths;
 pub use path_tracer::{Options, PathTracer, Stats};
 pub use primary::{PrimarySample, RandomNumbers, SLOTS, Slot, VertexNumbers, line_numbers, shift_numbers, tile_numbers};

@@ -2,6 +2,7 @@
 //! and roulette included), Russian roulette; and a batch of shifts for every path whose first vertex may move.
 
 use super::camera_samples::{CameraSample, CameraSamples};
+use super::first_vertices::FirstVertices;
 use super::interaction::{Interaction, Scatterer};
 use super::lengths::Lengths;
 use super::next_event::{self, Origin, Outcome};
@@ -26,6 +27,8 @@ pub struct Options {
     /// Paths that another sampler renders: of these lengths, but light that the camera sees directly, or through nothing but specular
     /// surfaces, only if length 1 is among them. No sampler finds that as easily as this one.
     pub left_out: Lengths,
+    /// Paths that are rendered.
+    pub first: FirstVertices,
 }
 
 impl Options {
@@ -114,6 +117,9 @@ impl<Q: Queries> PathTracer<'_, Q> {
         for depth in 1..=self.options.max_depth {
             let numbers = numbers.vertex(depth);
             let Some(vertex) = walk.advance(depth, &numbers)? else { break };
+            if depth == 1 && !walk.may_begin_with(&vertex) {
+                break;
+            }
             walk.direct = walk.direct && vertex.interaction.is_specular();
             if !self.options.goes_beyond(depth, walk.direct) || !walk.scatter(depth, &vertex, &numbers)? {
                 break;
@@ -232,7 +238,9 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             HIT_SURFACE => NONE,
             _ => self.scene.lights.environment.unwrap_or(NONE),
         };
-        if let Some(light) = self.scene.lights.get(light).filter(|_| !self.options.leaves_out(1, true)) {
+        if let Some(light) =
+            self.scene.lights.get(light).filter(|_| self.options.first.none && !self.options.leaves_out(1, true))
+        {
             let optical_depth = self.view.whole_depth(self.scene);
             self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
@@ -244,6 +252,15 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let hit = &self.hit;
         let bsdf = self.scene.materials.get(hit.material as usize).filter(|_| hit.kind == HIT_SURFACE);
         self.options.goes_beyond(1, false) || bsdf.is_some_and(Bsdf::is_specular) && self.options.goes_beyond(1, true)
+    }
+
+    fn may_begin_with(&self, vertex: &Vertex) -> bool {
+        let first = &self.options.first;
+        match vertex.interaction.scatterer {
+            Scatterer::Medium(_) => first.medium,
+            Scatterer::Surface { bsdf, .. } if bsdf.is_specular() => first.specular,
+            Scatterer::Surface { .. } => first.surface,
+        }
     }
 
     /// Finds the nearest surface and the media up to it. False: they are too many.

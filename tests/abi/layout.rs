@@ -26,7 +26,7 @@ layouts! {
     struct volgrad_optical_depth: 84 { tau: 0, origin_gradient: 12, end_gradient: 48 }
     struct volgrad_path: 32 { vertices: 0, segments: 8, edge_ends: 16, vertex_count: 24, segment_count: 28 }
     struct volgrad_path_factor: 32 { vertex: 0, transmittance: 12, geometry: 24 }
-    struct volgrad_path_sampler_options: 72 { struct_size: 0, max_depth: 4, rr_depth: 8, reserved: 12, seed: 16, shift: 24, left_out_first: 64, left_out_last: 68 }
+    struct volgrad_path_sampler_options: 72 { struct_size: 0, max_depth: 4, rr_depth: 8, first_vertex: 12, seed: 16, shift: 24, left_out_first: 64, left_out_last: 68 }
     struct volgrad_path_sampler_stats: 64 { struct_size: 0, reserved: 4, paths: 8, rays: 16, occlusion_rays: 24, shifted_paths: 32, shifts: 40, stays: 48, overflows: 56 }
     struct volgrad_phase: 8 { kind: 0, g: 4 }
     struct volgrad_phase_value: 40 { value: 0, apex_gradient: 4, previous_gradient: 16, next_gradient: 28 }
@@ -68,6 +68,10 @@ layouts! {
     const VOLGRAD_BSDF_TRANSMITS: 1;
     const VOLGRAD_CAMERA_PINHOLE: 0;
     const VOLGRAD_CAMERA_THIN_LENS: 1;
+    const VOLGRAD_FIRST_VERTEX_MEDIUM: 1;
+    const VOLGRAD_FIRST_VERTEX_NONE: 8;
+    const VOLGRAD_FIRST_VERTEX_SPECULAR: 4;
+    const VOLGRAD_FIRST_VERTEX_SURFACE: 2;
     const VOLGRAD_HEURISTIC_BALANCE: 0;
     const VOLGRAD_HEURISTIC_POWER: 1;
     const VOLGRAD_HIT_NONE: 0;

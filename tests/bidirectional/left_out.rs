@@ -4,7 +4,7 @@ use crate::toy::estimate::{Estimate, scale};
 use crate::toy::scenes::{World, homogeneous};
 use crate::{MOST, MOST_OF_PIXELS, pixels, worlds, z};
 use volgrad::math::{Colour, DVec3};
-use volgrad::sampler::{Lengths, Options, PathTracer, Stats};
+use volgrad::sampler::{FirstVertices, Lengths, Options, PathTracer, Stats};
 use volgrad::scene::{Camera, Light};
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
@@ -38,14 +38,15 @@ fn render(world: &World, options: Options, passes: u64) -> Estimate {
 fn paths_longer_than_those_left_out() {
     let world = cloud();
     let whole = |max_depth| {
-        let options = Options { max_depth, rr_depth: 40, seed: 1, shift: None, left_out: Lengths::NONE };
+        let options =
+            Options { max_depth, rr_depth: 40, seed: 1, shift: None, left_out: Lengths::NONE, first: FirstVertices::ALL };
         render(&world, options, 8 * scale())
     };
     let all = whole(LONGEST);
     let shift = shift::Options::new(Mode::Exact, Kernel::Disk(Radius::Pixels(0.5)), 4);
     for (first, last, shift) in [(2, 24, None), (5, 24, None), (2, 24, Some(shift)), (2, 4, None)] {
         let left_out = Lengths { first, last };
-        let options = Options { max_depth: LONGEST, rr_depth: 40, seed: 3, shift, left_out };
+        let options = Options { max_depth: LONGEST, rr_depth: 40, seed: 3, shift, left_out, first: FirstVertices::ALL };
         let found = render(&world, options, 64 * scale());
         let tail = all.minus(&whole(last));
         let expected = tail.plus(&whole(first - 1));

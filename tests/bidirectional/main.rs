@@ -23,7 +23,7 @@ use toy::Geometry;
 use toy::estimate::{Estimate, Mean};
 use toy::scenes::World;
 use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, Options, Sample, Subpath};
-use volgrad::sampler::{self, CameraSamples, Lengths, PathTracer, Stats};
+use volgrad::sampler::{self, CameraSamples, FirstVertices, Lengths, PathTracer, Stats};
 use volgrad::scene::Scene;
 
 const MOST: f64 = 4.0;
@@ -68,7 +68,7 @@ fn tracer<'a>(
     left_out: Lengths,
     seed: u64,
 ) -> PathTracer<'a, Geometry> {
-    let options = sampler::Options { max_depth, rr_depth: 3, seed, shift: None, left_out };
+    let options = sampler::Options { max_depth, rr_depth: 3, seed, shift: None, left_out, first: FirstVertices::ALL };
     PathTracer { scene, queries: &world.geometry, options }
 }
 

@@ -189,6 +189,7 @@ static void test_refusals(void) {
         BAD(options.shift.mode = mode, VOLGRAD_ERROR_KIND);
     }
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = 3), VOLGRAD_ERROR_KIND);
+    BAD(options.first_vertex = 2 * VOLGRAD_FIRST_VERTEX_NONE, VOLGRAD_ERROR_KIND);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = VOLGRAD_KERNEL_TILE, options.shift.count = 9), VOLGRAD_ERROR_RANGE);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.run = 0), VOLGRAD_ERROR_RANGE);
     BAD((options.shift.mode = VOLGRAD_SHIFT_EXACT, options.shift.kernel = VOLGRAD_KERNEL_BALL), VOLGRAD_ERROR_KIND);

@@ -5,7 +5,7 @@ use crate::toy::scenes::World;
 use volgrad::film::{Cell, Film};
 use volgrad::math::{Colour, luminance};
 use volgrad::sampler::bidirectional::{self, Bidirectional, Heuristic, MAX_LENGTH, thesis};
-use volgrad::sampler::{Lengths, Options, PathTracer, Stats};
+use volgrad::sampler::{FirstVertices, Lengths, Options, PathTracer, Stats};
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
 const PASSES: u64 = 8;
@@ -35,7 +35,8 @@ fn image(world: &World, fill: impl FnOnce(&mut Film)) -> Image {
 
 pub fn by_path(world: &World, shift: Option<shift::Options>) -> Image {
     let scene = world.scene();
-    let options = Options { max_depth: LONGEST, rr_depth: 3, seed: 5, shift, left_out: Lengths::NONE };
+    let options =
+        Options { max_depth: LONGEST, rr_depth: 3, seed: 5, shift, left_out: Lengths::NONE, first: FirstVertices::ALL };
     let tracer = PathTracer { scene: &scene, queries: &world.geometry, options };
     image(world, |film| {
         for pass in 0..PASSES {

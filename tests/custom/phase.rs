@@ -9,7 +9,7 @@ use volgrad::path::{Path, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MED
 use volgrad::phase::{Phase, PhaseFunction};
 use volgrad::sampler::bidirectional::{self, Bidirectional, thesis};
 use volgrad::sampler::metropolis::ChainStats;
-use volgrad::sampler::{Lengths, Options, PathTracer, Stats};
+use volgrad::sampler::{FirstVertices, Lengths, Options, PathTracer, Stats};
 use volgrad::scene::{Light, Stop};
 use volgrad::shift::{self, Kernel, Mode, Radius, from_path};
 
@@ -97,7 +97,7 @@ fn modes_that_need_the_derivative_are_refused() {
     let scene = world.scene();
     let stop = |mode: Mode| {
         let shift = Some(shift::Options::new(mode, DISK, 3));
-        let options = Options { max_depth: 3, rr_depth: 3, seed: 1, shift, left_out: Lengths::NONE };
+        let options = Options { max_depth: 3, rr_depth: 3, seed: 1, shift, left_out: Lengths::NONE, first: FirstVertices::ALL };
         let mut cells = vec![Default::default(); 64];
         let mut film = volgrad::film::Film { width: 8, height: 8, cells: &mut cells, dropped: &mut 0 };
         let tracer = PathTracer { scene: &scene, queries: &world.geometry, options };

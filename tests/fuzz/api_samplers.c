@@ -23,6 +23,7 @@ static void run_paths(input *in, world *w, volgrad_film *film) {
     decode_shift(in, &options.shift);
     options.left_out_first = pick(in, 4);
     options.left_out_last = below(in, 8);
+    options.first_vertex = below(in, 8) == 0 ? pick(in, 20) : 0;
     uint64_t before = stats.paths;
     volgrad_status status = volgrad_path_sampler_run(w->scene, &w->queries, &options, pass, first, pixels, film, &stats);
     MUST(status == VOLGRAD_OK ? stats.paths == before + pixels : stats.paths <= before + pixels);

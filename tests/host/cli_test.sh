@@ -361,6 +361,20 @@ check "auto: few samples are traced as paths" image auto-few $few --spp 2
 check "auto: few samples as paths" image path-few $few --spp 2 --integrator path
 check "auto: few samples are paths" same "$work/auto-few.exr" "$work/path-few.exr"
 
+# ---- layers ----
+
+expect 2 "--first-vertex glass: expected medium, surface, specular or none" "$scene" -o "$work/a.exr" --first-vertex glass
+expect 2 "--first-vertex means nothing without --integrator path" "$scene" -o "$work/a.exr" --first-vertex medium --integrator bdpt
+for layer in medium surface specular none; do
+    expect 0 "" "$scene" -o "$work/layer-$layer.exr" --quiet $few --spp 2 --first-vertex $layer
+done
+expect 0 "" "$scene" -o "$work/layers.exr" --quiet $few --spp 2 --integrator path
+check "layers: they add up to the image" "$python" -c "import sys, numpy, OpenEXR
+images = [OpenEXR.File(f).channels()['RGB'].pixels.astype(float) for f in sys.argv[1:]]
+sys.exit(not numpy.allclose(sum(images[1:]), images[0], rtol=1e-5, atol=1e-9) or not all(i.any() for i in images[1:4]))" \
+    "$work/layers.exr" "$work/layer-medium.exr" "$work/layer-surface.exr" "$work/layer-specular.exr" "$work/layer-none.exr"
+check "layers: the file names it" header "$work/layer-medium.exr" "h['firstVertex'] == 'medium'"
+
 # ---- Ctrl-C ----
 
 interrupt() { # NAME ARGUMENTS...: Ctrl-C after a while; leaves the exit status in $status

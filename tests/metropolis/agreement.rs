@@ -16,7 +16,7 @@ use std::sync::Mutex;
 use volgrad::film::Film;
 use volgrad::math::{Colour, DVec2};
 use volgrad::sampler::bidirectional::thesis;
-use volgrad::sampler::{self, Lengths, PathTracer, Stats};
+use volgrad::sampler::{self, FirstVertices, Lengths, PathTracer, Stats};
 use volgrad::scene::Light;
 use volgrad::shift::{self, Kernel, Mode, Radius};
 
@@ -63,7 +63,8 @@ impl Subject {
 
     fn path_tracer(&self, left_out: Lengths, seed: u64, passes: u64, batch: u64, film: &mut Film) {
         let scene = self.world.scene();
-        let options = sampler::Options { max_depth: LONGEST, rr_depth: 3, seed, shift: None, left_out };
+        let options =
+            sampler::Options { max_depth: LONGEST, rr_depth: 3, seed, shift: None, left_out, first: FirstVertices::ALL };
         let tracer = PathTracer { scene: &scene, queries: &self.world.geometry, options };
         for pass in batch * passes..(batch + 1) * passes {
             tracer.sample_pixels(pass, 0..film.width * film.height, film, &mut Stats::default()).expect("never stops");

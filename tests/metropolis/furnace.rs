@@ -10,7 +10,7 @@ use crate::toy::estimate::{BATCHES, Estimate, scale};
 use crate::toy::scenes::{World, camera, homogeneous};
 use crate::unbiased_shifts;
 use volgrad::math::{Colour, DVec2};
-use volgrad::sampler::{Lengths, Options};
+use volgrad::sampler::{FirstVertices, Lengths, Options};
 use volgrad::scene::Light;
 use volgrad::shift;
 
@@ -43,7 +43,8 @@ fn chains(world: &World) -> Vec<Chains<'_>> {
 
 /// The paths that chains leave to the path sampler. Without absorption only the roulette ends one: 0.95^500 is nothing.
 fn others(world: &World) -> Estimate {
-    let options = Options { max_depth: 500, rr_depth: 4, seed: 23, shift: None, left_out: OF_CHAINS };
+    let options =
+        Options { max_depth: 500, rr_depth: 4, seed: 23, shift: None, left_out: OF_CHAINS, first: FirstVertices::ALL };
     Estimate::of_path_tracer(world, options, PASSES * scale())
 }
 

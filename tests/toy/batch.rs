@@ -32,6 +32,7 @@ pub fn paths(world: &World, options: &shift::Options, count: u64) -> Vec<Shiftab
         seed: 11,
         shift: Some(*options),
         left_out: volgrad::sampler::Lengths::NONE,
+        first: volgrad::sampler::FirstVertices::ALL,
     };
     (0..count).filter_map(|pass| record(world, options, pass).finish().copied()).collect()
 }
