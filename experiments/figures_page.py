@@ -7,7 +7,7 @@ import figures_plots as plots
 import figures_tables as tables
 from figures_data import Data
 from figures_plan import CLAMP, FIRST_RADIUS, FOOTPRINT, RADIUS, SCENES, STEP
-from measures import ALLOWANCE, BLUR, ROOT
+from measures import ALLOWANCE, BLUR, ROOT, reference_name
 from tables import html_table, marked_up, markdown, replace_between_markers
 
 README_PLOTS = ["beaten", "bias"]
@@ -54,14 +54,16 @@ def paragraph(text):
     return f"<p>{marked_up(text)}</p>"
 
 
-ABOUT = f"""Errors are relative to the references (Mitsuba 3's `volpath`, 128 x 128), their noise taken out; RMSE is the root of the mean
+OWN = [s for s in SCENES if reference_name(s) != s]
+OURS_TEXT = f"; of {' and '.join(OWN)} our own, checked against those, scenes/README.md" if OWN else ""
+ABOUT = f"""Errors are relative to the references (Mitsuba 3's `volpath`, 128 x 128{OURS_TEXT}), their noise taken out; RMSE is the root of the mean
 over pixels and channels. Intervals are 95 %, over the seeds, by the jackknife; tests are at 95 % each, so that of twenty verdicts where
 there is no difference one is wrong. Gains are ratios of squared errors: how many times more samples, or time, the other needs. Radii of
 the thesis' kernel, a ball, are {RADIUS} pixels in the middle of the scene after one sample per pixel unless said otherwise (a pixel is
 {", ".join(f"{FOOTPRINT[s]} in {s}" for s in SCENES)}, in world units), and shrink as i^((alpha - 1)/3). Counts of samples go up by factors
 of {STEP}. One thread each; CPU-seconds are user + system time, start-up included (for Mitsuba: of the render call alone, compiled before)."""
 
-ALLOWED = ", ".join(f"{ALLOWANCE[s]:.1%} in {s}" for s in SCENES)
+ALLOWED = ", ".join(f"{ALLOWANCE[s]:.1%} in {s}" for s in SCENES if ALLOWANCE[s] > 0)
 MODES_TEXT = f"""**gain**: squared error without shifts over that with them, at equal samples, and at equal CPU time, also after both
 images were blurred. **FLIP : without**: perceptual error with shifts over that without, at equal samples. **slope**: of RMSE over samples,
 both logarithmic, if those go up by {tables.WIDE} or more; -0.5 without bias. **noise**, **bias**: of one image, rms over the pixels; what
@@ -77,8 +79,9 @@ FEW_TEXT = """At few mutations per pixel much of a chain's error is that of the 
 shifts: it pulls gains towards 1."""
 
 SURFACES_TEXT = """A disk of equal size, in pixels or in world units: only the former moves first vertices on surfaces. Shifts are offsets tried
-for all contributions of a path; as many less as there are where surfaces stay belong to them. The renderer has no option that tells the
-energy of those paths apart."""
+for all contributions of a path; as many less as there are where surfaces stay belong to them. Below, what paths carry by the kind of their
+first vertex, of the image's light and of the path sampler's squared error without shifts: specular ones never move, and what the camera sees
+directly (none) has no noise but that of pixels' edges. Errors of layers can add up to more or less than the whole by their intervals."""
 
 DEFAULTS_TEXT = f"""Squared error at equal CPU time: nothing set (the scene and an output alone) over the best unbiased setting measured;
 without shifts over with the best of them. The best of several settings was picked by the same renders that it is judged by: it looks
@@ -128,6 +131,7 @@ def sections(data, folder):
     yield "Surfaces first", [
         paragraph(SURFACES_TEXT),
         table(tables.surfaces(data)),
+        table(tables.layers(data)),
     ]
     yield "Beside what people would use instead", [
         picture(folder, "beaten", "Relative RMSE against CPU time."),

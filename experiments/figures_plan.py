@@ -24,6 +24,7 @@ FIRST_RADIUS = 8  # of the first sample of all, as in [Lu20 5.3], to compare the
 CLAMP = 4  # of weights where radii or schedules are compared: without, outliers hide the bias
 ALPHAS = [0, 0.25, 0.5, 0.625, 0.75, 1]
 SURFACE_RADIUS = 2
+LAYERS = ["medium", "surface", "specular", "none"]  # by first vertices
 GRADIENT = ["first_order", "half_order", "log_linear"]
 LINEAR = ["thesis", "thesis_printed", "first_order", "half_order"]  # in the gradient: weights without bound
 MODES = ["thesis", "thesis_printed", *GRADIENT, "linear_depth", "exact", "two_level", "exchangeable"]
@@ -44,7 +45,7 @@ START = {"smoke": 0.2, "room": 1.3, "cloud": 0.5, "caustic": 1.0}
 SHIFTED = 2.5  # times the cost of a sample without shifts
 
 # Of the CPU time. What is left is for the pictures, the repeated renders and Mitsuba's compiler.
-SHARES = {"convergence": 0.44, "peers": 0.14, "settings": 0.22, "radius": 0.04, "alpha": 0.06, "surfaces": 0.02}
+SHARES = {"convergence": 0.44, "peers": 0.14, "settings": 0.21, "radius": 0.04, "alpha": 0.06, "surfaces": 0.03}
 WEIGHT = {"smoke": 0.8, "room": 1.4, "cloud": 0.8, "caustic": 1.0}  # of a scene, relative to the mean
 PROCESSORS = 2
 SEEDS, FEW_SEEDS, LONG = 5, 3, 15  # few for a look, in less than LONG minutes
@@ -237,12 +238,14 @@ def settings(plan):
 
 
 def surfaces(plan):
-    """A disk in pixels moves first vertices on surfaces, too; the same disk in world units does not."""
+    """A disk in pixels moves first vertices on surfaces, too; the same disk in world units does not. What such paths carry of light and
+    noise: layers of the image without shifts."""
     for scene in SCENES:
         world = SURFACE_RADIUS * FOOTPRINT[scene] * 128 / plan.resolution
-        programs = [Program("path", "exchangeable", where, f"--shift exchangeable --shift-kernel disk --shift-radius {r}")
-                    for where, r in (("everywhere", f"{SURFACE_RADIUS}px"), ("in media only", f"{world:.4g}"))]
-        programs.append(plain("path"))
+        programs = [plain("path")]
+        programs += [Program("path", "layer", kind, f"--first-vertex {kind}") for kind in LAYERS]
+        programs += [Program("path", "exchangeable", where, f"--shift exchangeable --shift-kernel disk --shift-radius {r}")
+                     for where, r in (("everywhere", f"{SURFACE_RADIUS}px"), ("in media only", f"{world:.4g}"))]
         counts = plan.ladder(programs, scene, plan.seconds("surfaces", scene), 1)
         for p in programs:
             plan.add("surfaces", scene, p, counts)

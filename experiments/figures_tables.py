@@ -1,7 +1,7 @@
 """The tables of `make figures`, from the CSV files alone: each a header, rows, and to each row the commands that it was made by."""
 import numpy as np
 from figures_data import TARGETS, part, products, ratio, time_to
-from figures_plan import ALPHA, MODES, SCENES, UNBIASED
+from figures_plan import ALPHA, LAYERS, MODES, SCENES, UNBIASED
 from measures import TILES, still_text
 from tables import shown
 
@@ -144,6 +144,21 @@ def surfaces(data):
             squared = [data.column("relative_mse", **w) for w in (plain, this)]
             cells = [scene, name, f"{shifts:.1f}", text(ratio(*squared)), text(products(pair(data, **plain), pair(data, **this)))]
             rows.append((cells, data.command(**this)))
+    return header, rows
+
+
+def layers(data):
+    """Shares of the image's light and of the path sampler's squared error, of paths by their first vertex."""
+    header = ["scene", *(f"{what}, {kind}" for kind in LAYERS for what in ("light", "error"))]
+    rows = []
+    for scene in SCENES:
+        wanted = {"experiment": "surfaces", "scene": scene}
+        whole = float(data.cell(**wanted, mode="none")["variance"])
+        cells = [scene]
+        for layer in [data.cell(**wanted, mode="layer", setting=kind) for kind in LAYERS]:
+            error, reach = part(layer, "variance")
+            cells += [f"{1 + float(layer['energy']):.1%}", f"{error / whole:.1%} ± {reach / whole:.1%}" if error > 0 else "0"]
+        rows.append((cells, data.command(**wanted, mode="layer", setting="surface")))
     return header, rows
 
 

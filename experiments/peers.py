@@ -37,7 +37,7 @@ sys.path.insert(0, str(ROOT / "tests" / "validate"))
 import peers_report  # noqa: E402
 from peers_report import BDPT, BDPT_SHIFTED, MMLT, MMLT_SHIFTED, PLAIN, ROUNDS, SCENES, SHIFTED, SPECULAR, tile_name  # noqa: E402
 from images import exposure_of, read, relative_mse, tonemap, upscale, write_side_by_side  # noqa: E402
-from measures import TILES  # noqa: E402
+from measures import TILES, reference_name  # noqa: E402
 from mitsuba_renders import Mitsuba  # noqa: E402
 
 # The unbiased options that were best in each scene, found in trial runs with other seeds.
@@ -83,7 +83,7 @@ class Scene:
         return ROOT / "scenes" / f"{self.name}.xml"
 
     def reference(self):
-        return tuple(read(ROOT / "scenes" / "reference" / f"{self.name}{kind}.exr") for kind in ("", "_stderr"))
+        return tuple(read(ROOT / "scenes" / "reference" / f"{reference_name(self.name)}{kind}.exr") for kind in ("", "_stderr"))
 
 
 # ---- programs: (scene, count per pixel, seed) -> image, CPU-seconds ----
