@@ -142,7 +142,8 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         stats: &mut Stats,
         chain_stats: &mut ChainStats,
     ) -> Result<(), Stop> {
-        let mut room = self.begin(state, numbers, stats)?;
+        let mut room = Room::default();
+        self.begin(state, numbers, &mut room, stats)?;
         for i in 0..self.options.burn_in {
             let decision = self.decide(state, numbers, &mut room, stats)?;
             chain_stats.burn_in += 1;
@@ -167,7 +168,8 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         stats: &mut Stats,
         chain_stats: &mut ChainStats,
     ) -> Result<(), Stop> {
-        let mut room = self.begin(state, numbers, stats)?;
+        let mut room = Room::default();
+        self.begin(state, numbers, &mut room, stats)?;
         let every = u64::from(self.options.shift_every).max(1);
         let phase = (state.phase * every as f64) as u64;
         for _ in 0..count {
@@ -195,24 +197,24 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         if !(state.pending > 0.0) {
             return Ok(());
         }
-        let mut room = self.begin(state, numbers, stats)?;
+        let mut room = Room::default();
+        self.begin(state, numbers, &mut room, stats)?;
         self.splat(state, Change::NONE, state.pending, &mut room, film, stats)
     }
 
-    /// At the path of the chain's numbers. It stops if that is another one than it was, or batches cannot be made.
-    pub(super) fn begin(&self, state: &State, numbers: &[f64], stats: &mut Stats) -> Result<Room<'a>, Stop> {
+    /// Puts the path of the chain's numbers into an empty room. It stops if that is another one than it was, or batches cannot be made.
+    pub(super) fn begin(&self, state: &State, numbers: &[f64], room: &mut Room<'a>, stats: &mut Stats) -> Result<(), Stop> {
         match &self.options.shift {
             Some(Batches::Shifts(options)) => options.check(self.scene)?,
             Some(Batches::Thesis(_)) => self.scene.check_phase_derivatives()?,
             None => {}
         }
-        let mut room = Room::default();
         room.numbers.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
-        self.sample(state, state.technique, Change::BOTH, &mut room, stats)?;
+        self.sample(state, state.technique, Change::BOTH, room, stats)?;
         room.sample.proposed().born = state.born;
         room.accept(Change::BOTH);
         let same = (room.sample.current().target - state.target).abs() <= SAME_VALUE * state.target;
-        if same { Ok(room) } else { Err(Stop::OtherPath) }
+        if same { Ok(()) } else { Err(Stop::OtherPath) }
     }
 
     /// Makes the path of the room's numbers, which differ from the chain's by `change`.

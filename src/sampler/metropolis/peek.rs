@@ -33,7 +33,8 @@ pub struct PathPeek {
 impl<Q: Queries> Metropolis<'_, Q> {
     /// Decides about the next mutation, and leaves the chain as it is. Writes the vertices of its path and of the proposed one.
     pub fn peek(&self, state: &State, numbers: &[f64], vertices: [&mut [Vertex]; 2], stats: &mut Stats) -> Result<Peek, Stop> {
-        let mut room = self.begin(state, numbers, stats)?;
+        let mut room = Room::default();
+        self.begin(state, numbers, &mut room, stats)?;
         let decision = self.decide(state, numbers, &mut room, stats)?;
         let [current, proposed] = vertices;
         let paths = [
