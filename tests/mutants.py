@@ -26,6 +26,14 @@ class Mutant:
 
 
 MUTANTS = [
+    # How chains are shared out.
+    Mutant(
+        "a length that shares chains counts as if it had them for itself",
+        "src/sampler/metropolis/bootstrap.rs",
+        "/ (chains * sum / of)",
+        "/ chains",
+        "metropolis each_length_counts_right",
+    ),
     # Layers.
     Mutant(
         "paths that begin on a mirror are in the layer of surfaces that scatter",

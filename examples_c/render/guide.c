@@ -25,6 +25,7 @@ typedef struct {
     uint32_t items_per_pass;
     films films;
     volgrad_path_sampler_stats *stats; /* of each thread */
+    double start;
 } lesson;
 
 static volgrad_status learn_item(void *user, unsigned worker, uint64_t item)
@@ -39,8 +40,9 @@ static volgrad_status learn_item(void *user, unsigned worker, uint64_t item)
 
 static int enough(void *user)
 {
-    const render_job *job = ((const lesson *)user)->job;
-    return *job->stop || (job->max_seconds > 0.0 && seconds_wall() - job->start >= MOST_OF_TIME * job->max_seconds);
+    const lesson *l = user;
+    const render_job *job = l->job;
+    return *job->stop || (job->max_seconds > 0.0 && seconds_wall() - l->start >= MOST_OF_TIME * job->max_seconds);
 }
 
 static void report(void *user, uint64_t items)
@@ -146,8 +148,7 @@ static int find_size(lesson *l)
 
 int guide_learn(guide *g, const render_job *job, volgrad_status *status)
 {
-    double start = seconds_wall();
-    lesson l = {.job = job};
+    lesson l = {.job = job, .start = seconds_wall()};
     *g = (guide){.scene = job->scene};
     *status = VOLGRAD_OK;
     if (job->guide == NULL || !find_size(&l)) {
@@ -156,7 +157,7 @@ int guide_learn(guide *g, const render_job *job, volgrad_status *status)
     int ok = learn(&l, g, status);
     films_free(&l.films);
     free(l.stats);
-    g->seconds = seconds_wall() - start;
+    g->seconds = seconds_wall() - l.start;
     return ok;
 }
 

@@ -16,12 +16,12 @@ static const uint64_t TRIAL_SEED = 0x9e3779b97f4a7c15u;
 /* Rays are counted, and a tile that two blocks share is traced for both: blocks must not depend on the threads. */
 enum { BLOCK_PIXELS = 256 };
 
-/* Rows of a stripe, and one stripe of how many a way renders first. */
-enum { STRIPE_ROWS = 4, STRIPES = 8 };
+/* What a way renders first: one block of pixels, then none until so many after its beginning, a prime number, so that blocks do not lie
+   below each other. */
+enum { SAMPLE_STRIDE = 1801, FEWEST_BLOCKS = 4 };
 
-/* Times the best work: a way whose stripes take more is not tried further. Guides and roulette, which stripes are rendered without, gain
-   less. */
-static const double HOPELESS = 4.0;
+/* Times what a sample of a bidirectional way tells: guided subpaths meet more. */
+static const double GUIDED_COST = 3.0;
 
 /* With fewer, trials would take longer than the image. */
 enum { FEWEST_PASSES = 32 };
@@ -38,9 +38,8 @@ static const double DARK = 1e-3;
 /* What is known of a way. */
 typedef struct {
     double part;   /* of the pixels, that its trials have rendered; 0: it has not been tried */
-    double rays;   /* that they took */
-    double errors; /* of whole passes */
-    int hopeless;
+    double cost;   /* of whole trials, in rays; 0: not known */
+    double errors; /* of whole passes; 0: not known */
 } standing;
 
 typedef struct {
@@ -70,33 +69,30 @@ static float *image_of(const contest *c, unsigned way, unsigned trial)
     return c->images + (way * TRIALS + trial) * c->values;
 }
 
-static uint32_t blocks_of(uint32_t first, uint32_t stride, uint32_t pixels)
+/* Whole blocks in the middle of each stride. */
+static uint32_t blocks_of_sample(const render_job *job)
 {
-    return first < pixels ? (pixels - first + stride - 1) / stride : 0;
+    uint32_t margin = SAMPLE_STRIDE / 2 + BLOCK_PIXELS;
+    return job->pixel_count > margin ? (job->pixel_count - margin) / SAMPLE_STRIDE + 1 : 0;
 }
 
-/* Blocks next to each other, or stripes. Returns the part of the pixels in them, 0 for stripes of an image that has too few. */
-static double set_blocks(passes *p, int in_stripes)
+/* Sets the blocks of a pass, all of them or a sample; returns the part of the pixels in them. */
+static double set_blocks(passes *p, int is_sample)
 {
-    uint32_t pixels = p->job->pixel_count, rows = STRIPE_ROWS * p->job->width;
-    p->block_pixels = in_stripes ? rows : BLOCK_PIXELS;
-    p->block_stride = in_stripes ? STRIPES * rows : BLOCK_PIXELS;
-    p->first_pixel = in_stripes ? STRIPES / 2 * rows : 0;
-    p->blocks_per_pass = blocks_of(p->first_pixel, p->block_stride, pixels);
-    if (!in_stripes || p->blocks_per_pass == 0) {
-        return in_stripes ? 0.0 : 1.0;
-    }
-    uint32_t last = p->first_pixel + (p->blocks_per_pass - 1) * p->block_stride;
-    uint32_t size = pixels - last < rows ? pixels - last : rows;
-    return ((double)(p->blocks_per_pass - 1) * rows + size) / pixels;
+    p->block_pixels = BLOCK_PIXELS;
+    p->block_stride = is_sample ? SAMPLE_STRIDE : BLOCK_PIXELS;
+    p->first_pixel = is_sample ? SAMPLE_STRIDE / 2 : 0;
+    p->blocks_per_pass = is_sample ? blocks_of_sample(p->job) : (p->job->pixel_count + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
+    return is_sample ? (double)p->blocks_per_pass * BLOCK_PIXELS / p->job->pixel_count : 1.0;
 }
 
-/* A pass of its own, or its stripes. Returns 0 on a failure, as ways_choose. */
-static int try_once(contest *c, unsigned index, unsigned trial, int in_stripes, volgrad_status *status)
+/* A pass of its own, or a sample of its blocks. Returns 0 on a failure, as ways_choose. */
+static int try_once(contest *c, unsigned index, unsigned trial, int is_sample, volgrad_status *status)
 {
+    double part = 1.0;
     const way *way = &c->job->ways[index];
     volgrad_path_sampler_options sampler = *way->sampler;
-    volgrad_bidirectional_options bidirectional;
+    volgrad_bidirectional_options bidirectional = {.struct_size = 0};
     render_job job = *c->job;
     passes p;
     render_result result = {.stats = {.struct_size = sizeof result.stats}};
@@ -109,7 +105,7 @@ static int try_once(contest *c, unsigned index, unsigned trial, int in_stripes, 
     if (ok) {
         p.quiet = 1;
         p.done = trial;
-        c->ways[index].part = set_blocks(&p, in_stripes);
+        part = set_blocks(&p, is_sample);
         *status = passes_run(&p, 1);
     }
     if (ok && *status == VOLGRAD_OK) {
@@ -118,7 +114,8 @@ static int try_once(contest *c, unsigned index, unsigned trial, int in_stripes, 
     if (ok && *status == VOLGRAD_OK) {
         *status = volgrad_film_develop(result.film.film, 1.0, image_of(c, index, trial), c->values);
         uint64_t rays = result.stats.rays + result.stats.occlusion_rays;
-        c->ways[index].rays += (double)rays;
+        c->ways[index].cost += (double)rays / part;
+        c->ways[index].part = part;
         c->rays += rays;
     }
     passes_free(&p);
@@ -128,22 +125,37 @@ static int try_once(contest *c, unsigned index, unsigned trial, int in_stripes, 
 
 /* ---- their errors ---- */
 
-/* Mean of all whole images in a block. */
-static double brightness(const contest *c, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
+/* Mean of a way's images in a block. */
+static double brightness_of(const contest *c, unsigned way, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
 {
     double sum = 0.0;
-    unsigned images = 0;
-    for (unsigned i = 0; i < c->job->way_count * TRIALS; ++i) {
-        int whole = c->ways[i / TRIALS].part == 1.0;
-        images += whole;
-        for (uint32_t y = y0; whole && y < y1; ++y) {
-            const float *row = c->images + i * c->values + 3 * ((size_t)y * c->job->width + x0);
+    for (unsigned trial = 0; trial < TRIALS; ++trial) {
+        for (uint32_t y = y0; y < y1; ++y) {
+            const float *row = image_of(c, way, trial) + 3 * ((size_t)y * c->job->width + x0);
             for (uint32_t k = 0; k < 3 * (x1 - x0); ++k) {
                 sum += row[k];
             }
         }
     }
-    return sum / (3.0 * (x1 - x0) * (y1 - y0) * images);
+    return sum / (3.0 * (x1 - x0) * (y1 - y0) * TRIALS);
+}
+
+/* Of a block: the mean of whole images, but no less than what a sample holds of it, which may show light that the others hardly ever find. */
+static double brightness(const contest *c, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
+{
+    double whole = 0.0, sample = 0.0;
+    unsigned count = 0;
+    for (unsigned i = 0; i < c->job->way_count; ++i) {
+        double part = c->ways[i].part;
+        double mean = part > 0.0 ? brightness_of(c, i, x0, y0, x1, y1) : 0.0;
+        if (part == 1.0) {
+            whole += mean;
+            count++;
+        } else {
+            sample = fmax(sample, mean);
+        }
+    }
+    return fmax(whole / count, sample);
 }
 
 static double squared_difference(const contest *c, unsigned way, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
@@ -164,7 +176,7 @@ static uint32_t least(uint32_t a, uint32_t b)
     return a < b ? a : b;
 }
 
-/* Relative squared error of each way, up to a common factor. The samples of stripes are a part of all, and so is their variance, wherever
+/* Relative squared error of each way, up to a common factor. What a sample of blocks makes is a part of all, and so is its variance, wherever
    in the image it is: what subpaths from lights show the camera is everywhere. */
 static void find_errors(contest *c)
 {
@@ -188,10 +200,14 @@ static void find_errors(contest *c)
 
 /* ---- the choice ---- */
 
-/* Rays of TRIALS whole passes; 0: not known. */
+/* Of whole trials. Not known of bidirectional ways with shifts: about that of all others. */
 static double cost(const contest *c, unsigned way)
 {
-    return c->ways[way].part > 0.0 ? c->ways[way].rays / c->ways[way].part : 0.0;
+    double others = 0.0;
+    for (unsigned i = 1; i < c->job->way_count; ++i) {
+        others += c->ways[i].cost;
+    }
+    return c->ways[way].cost > 0.0 ? c->ways[way].cost : others;
 }
 
 static double work(const contest *c, unsigned way)
@@ -208,23 +224,16 @@ static void find_best(contest *c)
     }
 }
 
-/* Whether trials with so many rays more would cost too much. */
-static int is_too_much(const contest *c, double rays)
-{
-    const render_job *job = c->job;
-    double all = (double)c->rays + rays, seconds = seconds_wall() - job->start;
-    if (*job->stop || (job->max_seconds > 0.0 && seconds * all > MOST_FOR_TRIALS * job->max_seconds * (double)c->rays)) {
-        return 1;
-    }
-    return job->max_passes > 0 && all > MOST_FOR_TRIALS * (double)job->max_passes * cost(c, c->best) / TRIALS;
-}
-
 /* Returns 0 on a failure, as ways_choose. */
-static int try_way(contest *c, unsigned index, int in_stripes, volgrad_status *status)
+static int try_way(contest *c, unsigned index, int is_sample, volgrad_status *status)
 {
-    c->ways[index].rays = 0.0;
+    c->ways[index] = (standing){.part = 0.0};
     for (unsigned trial = 0; trial < TRIALS; ++trial) {
-        if (!try_once(c, index, trial, in_stripes, status)) {
+        if (trial > 0 && *c->job->stop) {
+            c->ways[index] = (standing){.part = 0.0}; /* one trial alone tells nothing of a way */
+            return 1;
+        }
+        if (!try_once(c, index, trial, is_sample, status)) {
             return 0;
         }
         render_report(c->job, 0.0);
@@ -233,40 +242,74 @@ static int try_way(contest *c, unsigned index, int in_stripes, volgrad_status *s
     return 1;
 }
 
+/* What a way costs, by a sample. */
+static int try_cost(contest *c, unsigned index, volgrad_status *status)
+{
+    int ok = try_once(c, index, 0, 1, status);
+    c->ways[index] = (standing){.cost = TRIALS * c->ways[index].cost};
+    return ok;
+}
+
 static int is_bidirectional(const contest *c, unsigned way)
 {
     return c->job->ways[way].bidirectional != NULL;
 }
 
-/* Stripes of all but the first way, which is known, as long as they are not too much. Bidirectional ways with shifts, which are slow
-   without guides, are as hopeless as those without. Returns 0 on a failure, as ways_choose. */
-static int try_stripes(contest *c, volgrad_status *status)
+/* The best way's work over this one's, or over that of ways alike; 1 if none of these has been tried. */
+static double promise(const contest *c, unsigned way)
 {
-    int hopeless_bidirectional = 0;
-    for (unsigned i = 1; i < c->job->way_count; ++i) {
+    double found = 0.0;
+    for (unsigned i = 0; i < c->job->way_count; ++i) {
+        if (c->ways[i].part > 0.0 && (i == way || (is_bidirectional(c, i) && is_bidirectional(c, way)))) {
+            found = fmax(found, work(c, c->best) / work(c, i));
+        }
+    }
+    return found > 0.0 ? found : 1.0;
+}
+
+/* Rays that trials may take. */
+static double limit(const contest *c)
+{
+    const render_job *job = c->job;
+    double rays = INFINITY, seconds = seconds_wall() - job->start - c->guide->seconds;
+    if (job->max_passes > 0) {
+        rays = MOST_FOR_TRIALS * (double)job->max_passes * cost(c, c->best) / TRIALS;
+    }
+    if (job->max_seconds > 0.0) {
+        rays = fmin(rays, MOST_FOR_TRIALS * job->max_seconds / seconds * (double)c->rays);
+    }
+    return *job->stop ? 0.0 : rays;
+}
+
+/* Whether whole trials of a way are worth their cost: the better it looks, the more they may take. */
+static int is_worth_it(const contest *c, unsigned way)
+{
+    double more = cost(c, way) * (is_bidirectional(c, way) && c->guide->samples == 0 ? GUIDED_COST : 1.0);
+    return more <= promise(c, way) * limit(c) && (double)c->rays + more <= limit(c);
+}
+
+/* Samples of all but the first way, which is known, and bidirectional ways with shifts, which are slow without guides. Tiles lie elsewhere
+   in each pass: what a sample of them holds differs too much to tell more than its cost. Returns 0 on a failure, as ways_choose. */
+static int try_samples(contest *c, volgrad_status *status)
+{
+    for (unsigned i = 1; i < c->job->way_count && blocks_of_sample(c->job) >= FEWEST_BLOCKS; ++i) {
         int shifts = c->job->ways[i].sampler->shift.mode != VOLGRAD_SHIFT_NONE;
-        if (is_bidirectional(c, i) && shifts) {
-            c->ways[i].hopeless = hopeless_bidirectional;
+        if ((is_bidirectional(c, i) && shifts) || (double)c->rays >= limit(c)) {
             continue;
         }
-        if (is_too_much(c, 0.0)) {
-            break;
-        }
-        if (!try_way(c, i, 1, status)) {
+        if (!(shifts ? try_cost(c, i, status) : try_way(c, i, 1, status))) {
             return 0;
         }
-        c->ways[i].hopeless = c->ways[i].part > 0.0 && work(c, i) > HOPELESS * work(c, 0);
-        hopeless_bidirectional = hopeless_bidirectional || (is_bidirectional(c, i) && c->ways[i].hopeless);
     }
     return 1;
 }
 
-/* Whether a way that they help may be chosen. */
+/* Whether a way that they help is the best, or will be tried with them. */
 static int are_guides_worth_it(const contest *c)
 {
     int wanted = is_bidirectional(c, c->best);
     for (unsigned i = 0; i < c->job->way_count; ++i) {
-        wanted = wanted || (is_bidirectional(c, i) && !c->ways[i].hopeless && !is_too_much(c, 0.0));
+        wanted = wanted || (is_bidirectional(c, i) && is_worth_it(c, i));
     }
     return wanted;
 }
@@ -274,11 +317,11 @@ static int are_guides_worth_it(const contest *c)
 /* Returns 0 on a failure, as ways_choose. */
 static int hold(contest *c, guide *g, volgrad_status *status)
 {
-    if (!try_way(c, 0, 0, status) || !try_stripes(c, status) || (are_guides_worth_it(c) && !guide_learn(g, c->job, status))) {
+    if (!try_way(c, 0, 0, status) || !try_samples(c, status) || (are_guides_worth_it(c) && !guide_learn(g, c->job, status))) {
         return 0;
     }
     for (unsigned i = 1; i < c->job->way_count; ++i) {
-        if (!c->ways[i].hopeless && !is_too_much(c, cost(c, i)) && !try_way(c, i, 0, status)) {
+        if (is_worth_it(c, i) && !try_way(c, i, 0, status)) {
             return 0;
         }
     }

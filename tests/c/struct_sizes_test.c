@@ -155,7 +155,7 @@ int main(void) {
 
     volgrad_path_sampler_options path, path_custom;
     CHECK_STATUS(volgrad_path_sampler_options_default(&path, sizeof path), VOLGRAD_OK);
-    path_custom = (volgrad_path_sampler_options){sizeof path, 7, 3, 0, 11, shift_custom, 3, 4};
+    path_custom = (volgrad_path_sampler_options){sizeof path, 7, 3, 5, 11, shift_custom, 3, 4};
 
     volgrad_bidirectional_options both, both_custom;
     CHECK_STATUS(volgrad_bidirectional_options_default(&both, sizeof both), VOLGRAD_OK);

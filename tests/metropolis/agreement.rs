@@ -30,12 +30,12 @@ const SMALL: f64 = 0.003;
 /// Most edges of a path.
 const LONGEST: u32 = 5;
 
-/// Paths per pixel and batch of the path sampler, and mutations per chain: 64 batches of 10 chains.
+/// Paths per pixel and batch of the path sampler, and mutations per chain: 64 batches of 20 chains.
 const PASSES: u64 = 16;
-const MUTATIONS: u64 = 120;
+const MUTATIONS: u64 = 180;
 
 const SETUP: Setup =
-    Setup { lengths: Lengths { first: 2, last: LONGEST }, learn: 400, samples: 1200, chains: 10, large_step: 0.3, burn_in: 60 };
+    Setup { lengths: Lengths { first: 2, last: LONGEST }, learn: 400, samples: 2400, chains: 20, large_step: 0.3, burn_in: 60 };
 
 /// A world and its chains, one bootstrap for each batch.
 struct Subject {

@@ -28,6 +28,7 @@ mod determinism;
 mod furnace;
 mod inverse;
 mod kept;
+mod plan;
 mod robustness;
 mod shiftable;
 mod start;

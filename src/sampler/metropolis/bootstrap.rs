@@ -95,11 +95,16 @@ pub struct Plan {
     sample_seed: u64,
     techniques: Techniques,
     samples: u64,
-    by_length: [Brightness; MAX_LENGTH + 1],
-    /// How many chains each length gets.
+    /// By length; of all that share chains.
+    brightness: [Brightness; MAX_LENGTH + 1],
+    shared: f64,
+    /// How many chains each length gets, or at [`SHARED`] those that have less than one each get together.
     chains: [u32; MAX_LENGTH + 1],
     pub chain_count: u32,
 }
+
+/// No path has this length.
+const SHARED: usize = 0;
 
 /// Where a chain begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -107,7 +112,7 @@ pub struct Start {
     /// Number of the sample.
     pub sample: u64,
     pub length: u32,
-    /// Chains of all lengths over those of this one: what a splat of it counts for.
+    /// Chains of all lengths over those of this one, in the mean: what a splat of it counts for.
     pub share: f64,
     /// Chains of all lengths.
     pub chains: u32,
@@ -126,13 +131,14 @@ impl Plan {
             sample_seed: techniques.seed(seed),
             techniques: *techniques,
             samples: weights.len() as u64,
-            by_length: [Brightness::default(); MAX_LENGTH + 1],
+            brightness: [Brightness::default(); MAX_LENGTH + 1],
+            shared: 0.0,
             chains: [0; MAX_LENGTH + 1],
             chain_count: 0,
         };
         for (index, weight) in (0..).zip(weights) {
             let (length, ..) = sample(plan.sample_seed, techniques, index);
-            plan.by_length[length.min(MAX_LENGTH)].add(f64::from(*weight));
+            plan.brightness[length.min(MAX_LENGTH)].add(f64::from(*weight));
         }
         plan.share_out(chain_count);
         plan
@@ -140,31 +146,38 @@ impl Plan {
 
     /// b of all lengths together.
     pub fn brightness(&self) -> f64 {
-        self.by_length.iter().map(|length| length.sum).sum::<f64>() / self.samples.max(1) as f64
+        self.brightness.iter().map(|length| length.sum).sum::<f64>() / self.samples.max(1) as f64
     }
 
     /// Its standard error, relative.
     pub fn relative_error(&self) -> f64 {
         let (b, n) = (self.brightness(), self.samples as f64);
-        let square = self.by_length.iter().map(|length| length.sum_of_squares).sum::<f64>() / n;
+        let square = self.brightness.iter().map(|length| length.sum_of_squares).sum::<f64>() / n;
         if b > 0.0 { sqrt((square / (b * b) - 1.0).max(0.0) / (n - 1.0).max(1.0)) } else { 0.0 }
     }
 
-    /// Chains in proportion to brightness, one at least for each length that is not dark: so there can be more of them than wanted.
+    /// Chains in proportion to brightness. Lengths too dark for one share what is left of those wanted, but at least one.
     fn share_out(&mut self, wanted: u32) {
-        let all: f64 = self.by_length.iter().map(|length| length.sum).sum();
-        for (chains, length) in self.chains.iter_mut().zip(&self.by_length) {
-            if length.sum > 0.0 {
-                *chains = (round(f64::from(wanted) * length.sum / all) as u32).max(1);
-                self.chain_count += *chains;
+        let all: f64 = self.brightness.iter().map(|length| length.sum).sum();
+        let chains = |sum: f64| f64::from(wanted) * sum / all;
+        for (count, length) in self.chains.iter_mut().zip(&self.brightness).filter(|(_, length)| length.sum > 0.0) {
+            if chains(length.sum) >= 1.0 {
+                *count = round(chains(length.sum)) as u32;
+            } else {
+                self.shared += length.sum;
             }
         }
+        if self.shared > 0.0 {
+            self.chains[SHARED] = wanted.saturating_sub(self.chains.iter().sum()).max(1);
+        }
+        self.chain_count = self.chains.iter().sum();
     }
 
-    /// The start of each chain, evenly spread over the sum of its length's values from a random place on. As the samples go, lengths mixed.
+    /// The start of each chain, evenly spread over the sum of its length's values, or of all that share chains, from a random place on. As the
+    /// samples go, lengths mixed.
     pub fn starts(&self, weights: &[f32], mut tell: impl FnMut(Start)) {
         let mut random = plan_numbers(self.seed);
-        // How much of each length's sum has passed, in chains; a chain starts wherever this passes a whole number.
+        // How much of each sum has passed, in chains; a chain starts wherever this passes a whole number.
         let mut passed = [0.0; MAX_LENGTH + 1];
         passed.iter_mut().for_each(|passed| *passed = random());
         let mut begun = [0; MAX_LENGTH + 1];
@@ -172,30 +185,32 @@ impl Plan {
         for (index, weight) in (0..).zip(weights) {
             let (length, ..) = sample(self.sample_seed, &self.techniques, index);
             let length = length.min(MAX_LENGTH);
-            let (chains, sum) = (self.chains[length], self.by_length[length].sum);
+            let sum = self.brightness[length].sum;
             if !(*weight > 0.0) {
                 continue;
             }
+            let (place, of) = if self.chains[length] > 0 { (length, sum) } else { (SHARED, self.shared) };
+            let chains = f64::from(self.chains[place]);
             let value = f64::from(*weight) * self.techniques.of_length(length);
             let start = Start {
                 sample: index,
                 length: length as u32,
-                share: f64::from(self.chain_count) / f64::from(chains),
+                share: f64::from(self.chain_count) / (chains * sum / of),
                 chains: self.chain_count,
                 brightness: sum / self.samples as f64,
                 others: ((sum - f64::from(*weight)).max(0.0) / (self.samples as f64 - 1.0).max(1.0)) as f32,
                 value,
             };
-            last[length] = start;
-            passed[length] += f64::from(chains) * f64::from(*weight) / sum;
-            while begun[length] < chains && passed[length] >= f64::from(begun[length] + 1) {
+            last[place] = start;
+            passed[place] += chains * f64::from(*weight) / of;
+            while begun[place] < self.chains[place] && passed[place] >= f64::from(begun[place] + 1) {
                 tell(start);
-                begun[length] += 1;
+                begun[place] += 1;
             }
         }
         // Rounding can leave the last one out.
-        for (length, start) in last.iter().enumerate() {
-            (begun[length]..self.chains[length]).for_each(|_| tell(*start));
+        for (place, start) in last.iter().enumerate() {
+            (begun[place]..self.chains[place]).for_each(|_| tell(*start));
         }
     }
 }
