@@ -300,7 +300,7 @@ static void render_pass(image *out, const volgrad_camera *camera)
 
 /* ---- the comparison ---- */
 
-static void *memory(uintptr_t bytes)
+static void *memory(size_t bytes)
 {
     void *block = aligned_alloc(16, (bytes + 15) / 16 * 16);
     if (!block) abort();
@@ -343,7 +343,7 @@ static void describe(const volgrad_camera *camera)
     volgrad_light sky = {.kind = VOLGRAD_LIGHT_ENVIRONMENT, .emission = RADIANCE, .sampling_weight = 1};
     volgrad_scene_desc desc = {.struct_size = sizeof desc, .media_count = 1, .material_count = 1, .light_count = 1,
                                .camera = *camera, .media = &smoke, .materials = &floor, .lights = &sky};
-    uintptr_t bytes;
+    size_t bytes;
     check(volgrad_scene_size(&desc, &bytes));
     check(volgrad_scene_init(memory(bytes), bytes, &desc, &scene, NULL));
 }
@@ -374,7 +374,7 @@ static void add_pass(result *out, const float *rgb)
 static void render(double seconds, const volgrad_camera *camera, int is_shifted, result *out)
 {
     static float rgb[3 * SIZE * SIZE];
-    uintptr_t bytes;
+    size_t bytes;
     image target = {.is_shifted = is_shifted};
     check(volgrad_film_size(SIZE, SIZE, &bytes));
     void *film = memory(bytes);

@@ -3,12 +3,15 @@
  * Conventions, true for every function:
  *  - World units are yours; extinction is per world unit; light is linear RGB; angles do not occur.
  *  - A fallible function returns a volgrad_status and writes its results through its last pointers, only if it succeeds.
- *    No value behind valid pointers makes the library panic, abort, or read out of bounds.
- *  - A const pointer is not written to, and may be shared between threads. A non-const one belongs to one thread at a time.
+ *    No value behind valid pointers makes the library panic, abort, or read out of bounds; the insides of its own objects are not yours to write.
+ *  - A const pointer is not written to, and may be shared between threads (a scene with custom media, materials or lights counts atomically
+ *    in its own memory). A non-const one belongs to one thread at a time.
  *  - The library starts no threads, has no globals, and allocates nothing (but for volgrad_exr_*). Objects live in memory of yours:
  *    ask for the size, hand the memory over, free it when you like.
  *  - Structs that begin with struct_size are filled by their _default function or, if there is none, zeroed and given their size, so
- *    that programs built against an older header keep working. All other structs are frozen per VOLGRAD_ABI_VERSION. Reserved fields are 0.
+ *    that programs built against an older header keep working. All other structs, and volgrad_shift_options, which are part of other options,
+ *    are frozen per VOLGRAD_ABI_VERSION. Reserved fields are 0. 0 is a valid index, so "none" has to be said: VOLGRAD_NONE.
+ *  - Samplers and chains take up to half a MiB of stack, callbacks' on top (docs/threads_and_tiles.md).
  *  - libvolgrad has all functions. libvolgrad_core, a static library for programs without an operating system or a C library, has all but
  *    volgrad_exr_*, cannot panic, and needs only memcpy, memmove, memset and memcmp. (If a linker misses `volgrad_abort` too: some compilers
  *    of Rust do not see that nothing leads to it. It is `void volgrad_abort(void)`, and does not return.)
@@ -57,6 +60,10 @@
 #define VOLGRAD_FIRST_VERTEX_NONE 8
 
 // No batch: every path stays as it is.
+//
+// Of the other modes: f is a path's contribution, x where its moving vertices were sampled, y where an offset puts them. A batch is the path
+// and its shifted copies, each a splat of the path's weight times the number given, over how many there are. "Staying at x": the splat is left at x's
+// pixel with the weight 1.
 #define VOLGRAD_SHIFT_NONE 0
 
 // exp(<gradient of log f, offset>), staying at x outside [1/4, 4]: biased, of order radius^2; no ray queries.
@@ -124,7 +131,7 @@
 #define VOLGRAD_ABI_VERSION 1
 
 // "None" wherever an index is expected: no medium (vacuum), no light.
-#define VOLGRAD_NONE 4294967295
+#define VOLGRAD_NONE UINT32_C(4294967295)
 
 // `volgrad_vertex.kind`.
 #define VOLGRAD_VERTEX_CAMERA 0
@@ -144,7 +151,7 @@
 #define VOLGRAD_HIT_OVERFLOW 2
 
 // `volgrad_hit.medium_outside`, `medium_inside`: the surface does not change the medium.
-#define VOLGRAD_KEEP_MEDIUM 4294967294
+#define VOLGRAD_KEEP_MEDIUM UINT32_C(4294967294)
 
 #define VOLGRAD_CAMERA_PINHOLE 0
 
@@ -262,10 +269,12 @@ typedef int32_t volgrad_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
+// A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes. Read back what was stored
+// unchanged, with the same build of the library.
 typedef struct volgrad_chain volgrad_chain;
 
-// A film. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_film_size` bytes.
+// A film. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_film_size` bytes. Read back what was stored
+// unchanged, with the same build of the library.
 typedef struct volgrad_film volgrad_film;
 
 // A scene without its geometry. Lives in memory of the caller; must not be moved.
@@ -289,7 +298,8 @@ typedef struct volgrad_shift_options {
   uint32_t run;
   // TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
   uint32_t exact_count;
-  // The samplers' and chains' radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
+  // 0 ... 1: samplers use radius * i^((alpha - 1)/3), where i is the samples of the passes before (pass * pixels of the crop), for chains the
+  // number of the mutation times that of chains, and 1 at least. 1 keeps the radius; tiles have none; for `volgrad_shift_path` i is 1.
   float alpha;
   // FIRST_ORDER, HALF_ORDER, THESIS: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
   float clamp;
@@ -787,7 +797,7 @@ typedef struct volgrad_medium {
   // unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
   // Borrowed: must outlive the scene. NULL for other kinds.
   const float *density;
-  // Grid and sparse grid: samples along each axis.
+  // Grid and sparse grid: samples along each axis, 1 ... 2^20; less than 2^31 samples, or bricks of a sparse grid.
   uint32_t nx;
   uint32_t ny;
   uint32_t nz;
@@ -1103,7 +1113,7 @@ extern "C" {
 #endif // __cplusplus
 
 // Fills options with their defaults: VOLGRAD_MAX_LENGTH, roulette from vertex 5 on. `struct_size`: `sizeof *options` of the caller.
-volgrad_status volgrad_bidirectional_options_default(struct volgrad_bidirectional_options *options, uintptr_t struct_size);
+volgrad_status volgrad_bidirectional_options_default(struct volgrad_bidirectional_options *options, size_t struct_size);
 
 // As `volgrad_path_sampler_run`, but each sample is a subpath from the camera, one from a light, and all their connections that make a path
 // of 2 ... max_length edges; directly visible lights and longer paths are the path sampler's (see `left_out_first` there). Pixels are
@@ -1164,7 +1174,7 @@ volgrad_status volgrad_chain_bootstrap(const struct volgrad_scene *scene,
 // Costs a pass over the samples, without rays. `VOLGRAD_ERROR_NOT_FINITE`: a weight is negative or not finite.
 volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
                                    const float *weights,
-                                   uintptr_t count,
+                                   size_t count,
                                    struct volgrad_chain_techniques *techniques);
 
 // Shares about `wanted` chains out among the path lengths, in proportion to their brightness, and picks a bootstrap sample for each to begin
@@ -1178,17 +1188,17 @@ volgrad_status volgrad_chain_learn(const struct volgrad_chain_options *options,
 volgrad_status volgrad_chain_plan(const struct volgrad_chain_options *options,
                                   const struct volgrad_chain_techniques *techniques,
                                   const float *weights,
-                                  uintptr_t count,
+                                  size_t count,
                                   uint32_t wanted,
                                   struct volgrad_chain_start *starts,
                                   uint32_t capacity,
                                   struct volgrad_chain_plan_result *result);
 
 // Fills options with their defaults: paths of 2 to 32 edges, no shifts. `struct_size`: `sizeof *options` of the caller.
-volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, uintptr_t struct_size);
+volgrad_status volgrad_chain_options_default(struct volgrad_chain_options *options, size_t struct_size);
 
 // Memory that a chain with these options needs: less than 3 KiB, little more than 1 KiB for paths of up to 16 edges.
-volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, uintptr_t *bytes);
+volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, size_t *bytes);
 
 // Makes a chain in `memory`: `bytes` as from `volgrad_chain_size`, aligned to 16; and makes the mutations that do not count. `options` and
 // `techniques` are those of the plan. There is nothing else to free. `stats` may be NULL. If `start` is not from samples with
@@ -1196,7 +1206,7 @@ volgrad_status volgrad_chain_size(const struct volgrad_chain_options *options, u
 // its value differs.
 // Costs options.burn_in mutations.
 volgrad_status volgrad_chain_init(void *memory,
-                                  uintptr_t bytes,
+                                  size_t bytes,
                                   const struct volgrad_scene *scene,
                                   const struct volgrad_queries *queries,
                                   const struct volgrad_chain_options *options,
@@ -1255,16 +1265,16 @@ volgrad_status volgrad_scene_dropped_values(const struct volgrad_scene *scene, u
 
 // Memory that a film of width * height pixels needs: 48 bytes per pixel and a head.
 // `VOLGRAD_ERROR_RANGE`: a side is 0 or above 65535.
-volgrad_status volgrad_film_size(uint32_t width, uint32_t height, uintptr_t *bytes);
+volgrad_status volgrad_film_size(uint32_t width, uint32_t height, size_t *bytes);
 
 // Makes an empty film in `memory`: `bytes` as from `volgrad_film_size`, aligned to 16. There is nothing else to free.
 // Costs writing all of it. `VOLGRAD_ERROR_RANGE` as for `volgrad_film_size`.
-volgrad_status volgrad_film_init(void *memory, uintptr_t bytes, uint32_t width, uint32_t height, struct volgrad_film **film);
+volgrad_status volgrad_film_init(void *memory, size_t bytes, uint32_t width, uint32_t height, struct volgrad_film **film);
 
 // Adds `count` splats to the pixels that contain them. Those that are not finite, beyond 1e9 or off the film are dropped and counted.
 // Sums are exact, in steps of 2^-64: their order does not matter.
 // Costs a constant time per splat.
-volgrad_status volgrad_film_add(struct volgrad_film *film, const struct volgrad_splat *splats, uintptr_t count);
+volgrad_status volgrad_film_add(struct volgrad_film *film, const struct volgrad_splat *splats, size_t count);
 
 // Adds all of `from` to `into`, exactly. Both have the same size and are two films.
 // Costs a pass over both. `VOLGRAD_ERROR_RANGE`: they are one film.
@@ -1273,7 +1283,7 @@ volgrad_status volgrad_film_merge(struct volgrad_film *into, const struct volgra
 // Writes the sums times `scale` as linear RGB, 3 floats per pixel, row by row from the top; `count` >= 3 * width * height floats.
 // For a path sampler `scale` is 1/passes.
 // Costs a pass over the film. `VOLGRAD_ERROR_NOT_FINITE`: `scale` is not; `VOLGRAD_ERROR_TOO_SMALL`: `count` is.
-volgrad_status volgrad_film_develop(const struct volgrad_film *film, double scale, float *rgb, uintptr_t count);
+volgrad_status volgrad_film_develop(const struct volgrad_film *film, double scale, float *rgb, size_t count);
 
 // Number of splats that were dropped (see `volgrad_film_add`).
 // Costs a constant time.
@@ -1297,7 +1307,7 @@ volgrad_status volgrad_guide_learn(const struct volgrad_scene *scene,
 
 // Memory that a guided scene needs: 33 KiB for each light.
 // `VOLGRAD_ERROR_RANGE` as for `volgrad_guide_film_size`.
-volgrad_status volgrad_guide_size(const struct volgrad_scene *scene, uintptr_t *bytes);
+volgrad_status volgrad_guide_size(const struct volgrad_scene *scene, size_t *bytes);
 
 // Makes a scene in `memory` that is `scene`, but that the subpaths which the bidirectional sampler and chains start from its lights
 // go more often where the film says that they carry more. All else about it is the same, and every image still has the same
@@ -1305,9 +1315,9 @@ volgrad_status volgrad_guide_size(const struct volgrad_scene *scene, uintptr_t *
 // scene refers to `scene`, whose memory has to outlive it. The samples, and all chains of their plan, use the same guided scene.
 // Costs a pass over the film. `VOLGRAD_ERROR_RANGE` as for `volgrad_guide_film_size`.
 volgrad_status volgrad_guide_init(void *memory,
-                                  uintptr_t bytes,
+                                  size_t bytes,
                                   const struct volgrad_scene *scene,
-                                  struct volgrad_film *film,
+                                  const struct volgrad_film *film,
                                   const struct volgrad_scene **guided);
 
 // Writes an OpenEXR file (32-bit float R, G, B; lossless): 3 floats per pixel of the window, row by row from the top; `count` is exactly
@@ -1317,7 +1327,7 @@ volgrad_status volgrad_guide_init(void *memory,
 volgrad_status volgrad_exr_write(const char *path,
                                  const struct volgrad_exr_layout *layout,
                                  const float *rgb,
-                                 uintptr_t count,
+                                 size_t count,
                                  const struct volgrad_exr_attribute *attributes,
                                  uint32_t attribute_count);
 
@@ -1327,7 +1337,7 @@ volgrad_status volgrad_exr_read_layout(const char *path, struct volgrad_exr_layo
 
 // Reads the R, G, B of an OpenEXR file's window into `rgb`, which holds at least 3 * window_width * window_height floats. Allocates.
 // Costs a file. `VOLGRAD_ERROR_FILE`: it cannot be read, or is no OpenEXR file with R, G, B; `VOLGRAD_ERROR_TOO_SMALL`: `count` is.
-volgrad_status volgrad_exr_read(const char *path, float *rgb, uintptr_t count);
+volgrad_status volgrad_exr_read(const char *path, float *rgb, size_t count);
 
 // tau along a line, and its gradients at both ends [Lu20 (20)]. Exact for trilinear grids; faces where sigma_t jumps count.
 // Costs time in proportion to the cells of grids, or the panels of custom densities, on the way; empty bricks of 8^3 cells are skipped.
@@ -1394,8 +1404,8 @@ volgrad_status volgrad_path_validate(const struct volgrad_scene *scene, const st
 volgrad_status volgrad_path_report(const struct volgrad_scene *scene,
                                    const struct volgrad_path *path,
                                    char *text,
-                                   uintptr_t capacity,
-                                   uintptr_t *length);
+                                   size_t capacity,
+                                   size_t *length);
 
 // The contribution f of a path in linear RGB, `rgb[3]`: the integrand in volume and area measure [Lu20 (5)]. With specular vertices only
 // ratios over the same chain have a meaning. Whether the camera's crop holds the path is not looked at. Very long paths exceed a
@@ -1409,7 +1419,7 @@ volgrad_status volgrad_path_contribution(const struct volgrad_scene *scene, cons
 volgrad_status volgrad_path_factors(const struct volgrad_scene *scene,
                                     const struct volgrad_path *path,
                                     struct volgrad_path_factor *result,
-                                    uintptr_t capacity);
+                                    size_t capacity);
 
 // The gradient of log f when vertex number `vertex`, which lies in a medium, moves and the others stay (an environment's or directional
 // light's direction stays too): `volgrad_path_run_log_gradient` for one vertex.
@@ -1448,10 +1458,11 @@ volgrad_status volgrad_path_run_log_derivative(const struct volgrad_scene *scene
                                                struct volgrad_derivative *result);
 
 // Fills options with their defaults: no depth limit, roulette from vertex 5 on, no shifts. `struct_size`: `sizeof *options` of the caller.
-volgrad_status volgrad_path_sampler_options_default(struct volgrad_path_sampler_options *options, uintptr_t struct_size);
+volgrad_status volgrad_path_sampler_options_default(struct volgrad_path_sampler_options *options, size_t struct_size);
 
-// Traces one path through each of `pixel_count` pixels from `first_pixel` on for pass number `pass` (numbered row by row within the
-// camera's crop; with `VOLGRAD_KERNEL_TILE` tile by tile, so that ranges of many pixels share more), and adds its splats, shifted ones included, to `film`, which has the camera's size.
+// Traces one path through each of `pixel_count` pixels from `first_pixel` on, for pass number `pass`, and adds its splats, shifted ones included,
+// to `film`, which has the camera's size. Pixels are numbered row by row within the camera's crop; with `VOLGRAD_KERNEL_TILE` tile by tile, so
+// that ranges of many pixels share more.
 //
 // What a pass adds depends on (scene, options, pass, pixels) only. The image is `volgrad_film_develop` with scale 1/passes, once every
 // pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.
@@ -1469,7 +1480,7 @@ volgrad_status volgrad_path_sampler_run(const struct volgrad_scene *scene,
                                         struct volgrad_path_sampler_stats *stats);
 
 // Memory that a scene of this description needs. Reads the counts and the sizes of grids and environment maps only.
-volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr_t *bytes);
+volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, size_t *bytes);
 
 // Checks a description and makes a scene of it in `memory`: `bytes` as from `volgrad_scene_size`, aligned to 16, writable; it stays
 // the caller's and is needed, unmoved, as long as the scene. There is nothing else to free. Density grids,
@@ -1478,23 +1489,25 @@ volgrad_status volgrad_scene_size(const struct volgrad_scene_desc *desc, uintptr
 // On an error `*scene` is untouched and `error`, which may be NULL, says which field was wrong; a scene that was in `memory` is gone.
 // Costs one pass over all grids and maps.
 volgrad_status volgrad_scene_init(void *memory,
-                                  uintptr_t bytes,
+                                  size_t bytes,
                                   const struct volgrad_scene_desc *desc,
                                   const struct volgrad_scene **scene,
                                   struct volgrad_error *error);
 
 // Fills options with their defaults: mode NONE, tiles of 3 x 3 pixels, runs of at most 2 vertices; for the other kernels a
 // radius of 4 pixels. `struct_size`: `sizeof *options` of the caller.
-volgrad_status volgrad_shift_options_default(struct volgrad_shift_options *options, uintptr_t struct_size);
+volgrad_status volgrad_shift_options_default(struct volgrad_shift_options *options, size_t struct_size);
 
 // Makes a batch from one path of any sampler: `*count` splats, at most options.count + 1, whose expected sum is that of the path alone.
 //
 // `weight` is C = w f / p in RGB: what the sampler would have splatted for this path. For the result to be unbiased, hand over the
 // samples of all techniques, with MIS weights w that sum to 1 wherever f > 0, none clamped, all with the same options.
 // Vertices in a medium move in space. A first one on a surface moves with its image point, which takes a kernel on the image (a tile, or
-// a disk in pixels) and a mode that evaluates f (EXACT, EXCHANGEABLE, TWO_LEVEL, LINEAR_DEPTH). Paths whose first vertex may not move (specular, or before a specular one) come back as one splat at their own pixel.
+// a disk in pixels) and a mode that evaluates f (EXACT, EXCHANGEABLE, TWO_LEVEL, LINEAR_DEPTH). Other paths come back as one splat at their own
+// pixel: those whose first vertex is specular or transmits, or is followed by a surface that is not diffuse or by a light that depends on
+// the direction (spot, custom point), and those whose f is 0 here.
 // `seed` and `index` choose the offsets: another index for every path. `seed` alone says where tiles begin: another one for every pass.
-// `queries` may be NULL for modes without ray queries.
+// `queries` may be NULL for FIRST_ORDER, HALF_ORDER and LOG_LINEAR, and for LINEAR_DEPTH unless the kernel is a TILE, whose camera rays are traced.
 // Checks kinds and indices of the path, nothing else (see `volgrad_path_validate`).
 // Costs per offset, in modes that evaluate f, the optical depths of at most options.run + 1 edges and the rays that say whether they are
 // open; in the other modes one gradient for all offsets. `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: the camera does not see the first vertex.
@@ -1549,7 +1562,7 @@ const char *volgrad_version(void);
 
 // Fills options with their defaults: ratio tracking; 64 jittered steps if the kind is changed to ray marching.
 // `struct_size`: `sizeof *options` of the caller.
-volgrad_status volgrad_transmittance_options_default(struct volgrad_transmittance_options *options, uintptr_t struct_size);
+volgrad_status volgrad_transmittance_options_default(struct volgrad_transmittance_options *options, size_t struct_size);
 
 // One estimate of a line's transmittance and its gradients at both ends; `seed` and `index` say which. Estimates of different indices are
 // independent, and their mean over many indices is exact for the unbiased kinds, for custom densities too, whose `step` plays no part

@@ -170,7 +170,7 @@ template <class T> class object {
         return *this;
     }
     /* `init` makes it in so many bytes, if the size function that told them did not fail. */
-    template <class Init> volgrad_status make(volgrad_status size_status, std::uintptr_t bytes, Init init) {
+    template <class Init> volgrad_status make(volgrad_status size_status, std::size_t bytes, Init init) {
         made_ = nullptr;
         if (size_status != VOLGRAD_OK) return size_status;
         memory_.take(bytes);
@@ -463,7 +463,7 @@ template <class Light> class custom_light : public detail::table_of<volgrad_cust
 /* ---- options, with their defaults ---- */
 
 namespace detail {
-template <class T> T defaults(volgrad_status (*fill)(T *, std::uintptr_t)) {
+template <class T> T defaults(volgrad_status (*fill)(T *, std::size_t)) {
     T options;
     (void)fill(&options, sizeof options); /* fails for no options of this header's size */
     return options;
@@ -486,9 +486,9 @@ class film {
     film(std::uint32_t width, std::uint32_t height) { init(width, height); }
 #endif
     result init(std::uint32_t width, std::uint32_t height) {
-        std::uintptr_t bytes = 0;
+        std::size_t bytes = 0;
         const volgrad_status status = volgrad_film_size(width, height, &bytes);
-        return detail::finish(film_.make(status, bytes, [&](void *memory, std::uintptr_t size, volgrad_film **made) {
+        return detail::finish(film_.make(status, bytes, [&](void *memory, std::size_t size, volgrad_film **made) {
             return volgrad_film_init(memory, size, width, height, made);
         }));
     }
@@ -516,9 +516,9 @@ class scene {
     /* `place`, if not NULL, says which field was wrong; the exception does, too. */
     result init(const volgrad_scene_desc &desc, volgrad_error *place = nullptr) {
         volgrad_error wrong = sized<volgrad_error>();
-        std::uintptr_t bytes = 0;
+        std::size_t bytes = 0;
         if (volgrad_scene_size(&desc, &bytes) != VOLGRAD_OK) bytes = 0; /* whatever was wrong with the size, init names it */
-        const volgrad_status status = scene_.make(VOLGRAD_OK, bytes, [&](void *memory, std::uintptr_t size, const volgrad_scene **made) {
+        const volgrad_status status = scene_.make(VOLGRAD_OK, bytes, [&](void *memory, std::size_t size, const volgrad_scene **made) {
             return volgrad_scene_init(memory, size, &desc, made, &wrong);
         });
         if (place) *place = wrong;
@@ -526,9 +526,9 @@ class scene {
     }
     /* volgrad_guide_init: `unguided`, with the guides that `lesson` tells. */
     result init_guide(const volgrad_scene *unguided, volgrad_film *lesson) {
-        std::uintptr_t bytes = 0;
+        std::size_t bytes = 0;
         const volgrad_status status = volgrad_guide_size(unguided, &bytes);
-        return detail::finish(scene_.make(status, bytes, [&](void *memory, std::uintptr_t size, const volgrad_scene **made) {
+        return detail::finish(scene_.make(status, bytes, [&](void *memory, std::size_t size, const volgrad_scene **made) {
             return volgrad_guide_init(memory, size, unguided, lesson, made);
         }));
     }
@@ -548,9 +548,9 @@ class chain {
     result init(const volgrad_scene *scene, Host &&host, const volgrad_chain_options &options, const volgrad_chain_techniques *techniques,
                 const volgrad_chain_start &start, volgrad_chain_stats *stats = nullptr) {
         detail::bridge_to<Host> queries(host);
-        std::uintptr_t bytes = 0;
+        std::size_t bytes = 0;
         const volgrad_status status = volgrad_chain_size(&options, &bytes);
-        return queries.finish(chain_.make(status, bytes, [&](void *memory, std::uintptr_t size, volgrad_chain **made) {
+        return queries.finish(chain_.make(status, bytes, [&](void *memory, std::size_t size, volgrad_chain **made) {
             return volgrad_chain_init(memory, size, scene, queries.get(), &options, techniques, &start, stats, made);
         }));
     }
@@ -626,7 +626,7 @@ inline result path_validate(const volgrad_scene *scene, const volgrad_path &path
     return detail::finish(status, wrong);
 }
 inline result path_report(const volgrad_scene *scene, const volgrad_path &path, std::string &text) {
-    std::uintptr_t length = 0;
+    std::size_t length = 0;
     volgrad_status status = volgrad_path_report(scene, &path, nullptr, 0, &length);
     if (status == VOLGRAD_OK) {
         text.resize(length + 1); /* with the 0 that C ends it with */

@@ -10,6 +10,8 @@ fn header_is_up_to_date() {
     let mut text = Vec::new();
     bindings.write(&mut text);
     let text = String::from_utf8(text).expect("the header is UTF-8");
+    // Without a suffix they would be signed 64-bit numbers, which C++ does not like to see narrowed.
+    let text = ["4294967295", "4294967294"].iter().fold(text, |text, n| text.replace(n, &format!("UINT32_C({n})")));
     let file = root.join("include/volgrad.h");
     if env::var_os("UPDATE_HEADER").is_some() {
         fs::write(&file, &text).expect("include/volgrad.h can be written");

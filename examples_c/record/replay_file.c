@@ -186,7 +186,7 @@ static int make_scene(replay *p)
         status = volgrad_scene_init(p->scene_memory, bytes, &p->desc, &p->scene, NULL);
     }
     /* A film is changed by nothing that guides do to it; the file's copy is ours. */
-    void *film = (void *)(uintptr_t)replay_find(p, "GUID", 0, &count);
+    void *film = (void *)(size_t)replay_find(p, "GUID", 0, &count);
     if (status == VOLGRAD_OK && p->scene != NULL && film != NULL) {
         const volgrad_scene *plain = p->scene;
         uint32_t width, height;

@@ -113,7 +113,8 @@ pub struct volgrad_chain_mutation {
     pub proposed: volgrad_chain_path,
 }
 
-/// A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes.
+/// A chain. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_chain_size` bytes. Read back what was stored
+/// unchanged, with the same build of the library.
 #[repr(C, align(16))]
 pub struct volgrad_chain {
     stamp: u64,

@@ -5,12 +5,12 @@ use super::pointer::output;
 use super::scenes::{object, volgrad_scene};
 use super::status::{finish, volgrad_status};
 use core::fmt;
-use core::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use core::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// A copy of a host's table, whose functions may be called by several threads at a time, with the same `user`.
 pub(super) struct Host<T> {
     pub table: T,
-    dropped: AtomicU64,
+    dropped: AtomicUsize,
 }
 
 // What shows numbers can panic, so that it is left out of libvolgrad_core.
@@ -25,7 +25,7 @@ unsafe impl<T> Sync for Host<T> {}
 
 impl<T> Host<T> {
     pub fn new(table: T) -> Self {
-        Self { table, dropped: AtomicU64::new(0) }
+        Self { table, dropped: AtomicUsize::new(0) }
     }
 
     /// Counts a value that is none; the core takes 0 for it.
@@ -37,7 +37,7 @@ impl<T> Host<T> {
     }
 
     fn dropped(hosts: &[Self]) -> u64 {
-        hosts.iter().map(|host| host.dropped.load(Relaxed)).sum()
+        hosts.iter().map(|host| host.dropped.load(Relaxed) as u64).sum()
     }
 }
 

@@ -10,12 +10,13 @@ use core::ffi::c_void;
 use core::mem::size_of;
 use core::slice;
 
-/// A film. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_film_size` bytes.
+/// A film. It holds no pointer, so its memory may be copied, moved and stored: all of it, `volgrad_film_size` bytes. Read back what was stored
+/// unchanged, with the same build of the library.
 #[repr(C, align(16))]
 pub struct volgrad_film {
     stamp: u64,
-    width: u32,
-    height: u32,
+    pub(super) width: u32,
+    pub(super) height: u32,
     dropped: u64,
     reserved: u64,
 }
@@ -53,7 +54,7 @@ pub(super) unsafe fn film<'a>(pointer: *mut volgrad_film) -> Result<Film<'a>, Fa
 ///
 /// # Safety
 /// As for `reference`; the film was initialised.
-unsafe fn cells<'a>(pointer: *const volgrad_film) -> Result<(&'a volgrad_film, &'a [Cell]), Fault> {
+pub(super) unsafe fn cells<'a>(pointer: *const volgrad_film) -> Result<(&'a volgrad_film, &'a [Cell]), Fault> {
     // SAFETY: the caller's promise; the stamp says that the cells follow.
     let object = unsafe { reference(pointer) }?;
     if object.stamp != STAMP {

@@ -2,13 +2,13 @@
 
 use super::bidirectional::{DEFAULTS, options, volgrad_bidirectional_options};
 use super::convert::MAX_IMAGE_SIDE;
-use super::films::{film, volgrad_film};
+use super::films::{cells, film, volgrad_film};
 use super::pointer::{output, sized_over};
 use super::samplers::{HostQueries, NO_STATS, add_stats, pixel_numbers, volgrad_path_sampler_stats};
 use super::scenes::{ALIGNMENT, STAMP, check_memory, fill, object, scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_queries;
-use crate::film::Film;
+use crate::film::Cell;
 use crate::math::luminance;
 use crate::sampler::Stats;
 use crate::sampler::bidirectional::Bidirectional;
@@ -38,8 +38,8 @@ fn size(scene: &Scene) -> Result<[u32; 2], Fault> {
     if ok { Ok([GUIDE_SIDE as u32, height as u32]) } else { Err(VOLGRAD_ERROR_RANGE.at(c"lights", 0)) }
 }
 
-fn check_size(scene: &Scene, film: &Film) -> Result<(), Fault> {
-    if size(scene)? == [film.width, film.height] { Ok(()) } else { Err(VOLGRAD_ERROR_SIZE_MISMATCH.into()) }
+fn check_size(scene: &Scene, film: [u32; 2]) -> Result<(), Fault> {
+    if size(scene)? == film { Ok(()) } else { Err(VOLGRAD_ERROR_SIZE_MISMATCH.into()) }
 }
 
 /// As `volgrad_bidirectional_run`, but for the image: adds what the subpaths from each light carry to `film`, of
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn volgrad_guide_learn(
         let (scene, queries) = unsafe { (self::scene(scene)?, HostQueries::read(queries)?) };
         let options = self::options(&unsafe { sized_over(options, DEFAULTS) }?)?;
         let mut film = unsafe { self::film(film) }?;
-        check_size(scene, &film)?;
+        check_size(scene, [film.width, film.height])?;
         let pixels = pixel_numbers(scene, first_pixel, pixel_count)?;
         let sampler = Bidirectional { scene, queries: &queries, options };
         let counted = if stats.is_null() { NO_STATS } else { unsafe { sized_over(stats, NO_STATS) }? };
@@ -102,14 +102,14 @@ pub unsafe extern "C" fn volgrad_guide_init(
     memory: *mut c_void,
     bytes: usize,
     scene: *const volgrad_scene,
-    film: *mut volgrad_film,
+    film: *const volgrad_film,
     guided: *mut *const volgrad_scene,
 ) -> volgrad_status {
     finish((|| {
         // SAFETY: the header's contract, here and below.
-        let (volgrad_scene { scene, hosts, .. }, film) = unsafe { (self::object(scene)?, self::film(film)?) };
+        let (volgrad_scene { scene, hosts, .. }, (film, cells)) = unsafe { (self::object(scene)?, self::cells(film)?) };
         let write = unsafe { output(guided) }?;
-        check_size(scene, &film)?;
+        check_size(scene, [film.width, film.height])?;
         check_memory(memory, bytes, bytes_of(scene))?;
         let object = memory.cast::<volgrad_scene>();
         // SAFETY: a scene that was here before is one no more.
@@ -117,7 +117,7 @@ pub unsafe extern "C" fn volgrad_guide_init(
         let place = size_of::<volgrad_scene>().next_multiple_of(ALIGNMENT);
         // SAFETY: the memory is aligned and holds the scene and the guides behind it.
         let guides = unsafe {
-            fill(memory.cast::<u8>().add(place), (0..scene.lights.lights.len()).map(|light| Ok(guide(&film, light))))?
+            fill(memory.cast::<u8>().add(place), (0..scene.lights.lights.len()).map(|light| Ok(guide(cells, light))))?
         };
         let lights = Lights { guides, ..scene.lights };
         // SAFETY: as above.
@@ -127,9 +127,9 @@ pub unsafe extern "C" fn volgrad_guide_init(
     })())
 }
 
-fn guide(film: &Film, light: usize) -> Guide {
+fn guide(cells: &[Cell], light: usize) -> Guide {
     Guide::learned(|i, j| {
-        let cell = film.cells.get((light * GUIDE_SIDE + j) * GUIDE_SIDE + i);
+        let cell = cells.get((light * GUIDE_SIDE + j) * GUIDE_SIDE + i);
         cell.map_or(0.0, |cell| luminance(cell.value()))
     })
 }

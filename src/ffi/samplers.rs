@@ -139,8 +139,9 @@ pub unsafe extern "C" fn volgrad_path_sampler_options_default(
     finish(unsafe { write_sized(options, struct_size, DEFAULTS) }.map_err(Into::into))
 }
 
-/// Traces one path through each of `pixel_count` pixels from `first_pixel` on for pass number `pass` (numbered row by row within the
-/// camera's crop; with `VOLGRAD_KERNEL_TILE` tile by tile, so that ranges of many pixels share more), and adds its splats, shifted ones included, to `film`, which has the camera's size.
+/// Traces one path through each of `pixel_count` pixels from `first_pixel` on, for pass number `pass`, and adds its splats, shifted ones included,
+/// to `film`, which has the camera's size. Pixels are numbered row by row within the camera's crop; with `VOLGRAD_KERNEL_TILE` tile by tile, so
+/// that ranges of many pixels share more.
 ///
 /// What a pass adds depends on (scene, options, pass, pixels) only. The image is `volgrad_film_develop` with scale 1/passes, once every
 /// pixel has had the same number of passes: splats cross pixels. Threads work on films of their own and merge them, in any order.

@@ -17,6 +17,10 @@ use core::ffi::CStr;
 use core::slice;
 
 /// No batch: every path stays as it is.
+///
+/// Of the other modes: f is a path's contribution, x where its moving vertices were sampled, y where an offset puts them. A batch is the path
+/// and its shifted copies, each a splat of the path's weight times the number given, over how many there are. "Staying at x": the splat is left at x's
+/// pixel with the weight 1.
 pub const VOLGRAD_SHIFT_NONE: u32 = 0;
 /// exp(<gradient of log f, offset>), staying at x outside [1/4, 4]: biased, of order radius^2; no ray queries.
 pub const VOLGRAD_SHIFT_LOG_LINEAR: u32 = 1;
@@ -80,7 +84,8 @@ pub struct volgrad_shift_options {
     pub run: u32,
     /// TWO_LEVEL: offsets that are evaluated exactly, 1 ... count.
     pub exact_count: u32,
-    /// The samplers' and chains' radius over the samples i of the image is radius * i^((alpha - 1)/3): 0 ... 1; 1 keeps it, and so does a tile.
+    /// 0 ... 1: samplers use radius * i^((alpha - 1)/3), where i is the samples of the passes before (pass * pixels of the crop), for chains the
+    /// number of the mutation times that of chains, and 1 at least. 1 keeps the radius; tiles have none; for `volgrad_shift_path` i is 1.
     pub alpha: f32,
     /// FIRST_ORDER, HALF_ORDER, THESIS: greatest absolute weight, which adds a bias of its own; 0 for no clamp.
     pub clamp: f32,
@@ -196,9 +201,11 @@ pub unsafe extern "C" fn volgrad_shift_options_default(
 /// `weight` is C = w f / p in RGB: what the sampler would have splatted for this path. For the result to be unbiased, hand over the
 /// samples of all techniques, with MIS weights w that sum to 1 wherever f > 0, none clamped, all with the same options.
 /// Vertices in a medium move in space. A first one on a surface moves with its image point, which takes a kernel on the image (a tile, or
-/// a disk in pixels) and a mode that evaluates f (EXACT, EXCHANGEABLE, TWO_LEVEL, LINEAR_DEPTH). Paths whose first vertex may not move (specular, or before a specular one) come back as one splat at their own pixel.
+/// a disk in pixels) and a mode that evaluates f (EXACT, EXCHANGEABLE, TWO_LEVEL, LINEAR_DEPTH). Other paths come back as one splat at their own
+/// pixel: those whose first vertex is specular or transmits, or is followed by a surface that is not diffuse or by a light that depends on
+/// the direction (spot, custom point), and those whose f is 0 here.
 /// `seed` and `index` choose the offsets: another index for every path. `seed` alone says where tiles begin: another one for every pass.
-/// `queries` may be NULL for modes without ray queries.
+/// `queries` may be NULL for FIRST_ORDER, HALF_ORDER and LOG_LINEAR, and for LINEAR_DEPTH unless the kernel is a TILE, whose camera rays are traced.
 /// Checks kinds and indices of the path, nothing else (see `volgrad_path_validate`).
 /// Costs per offset, in modes that evaluate f, the optical depths of at most options.run + 1 edges and the rays that say whether they are
 /// open; in the other modes one gradient for all offsets. `VOLGRAD_ERROR_ZERO_CONTRIBUTION`: the camera does not see the first vertex.

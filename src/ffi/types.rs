@@ -142,7 +142,7 @@ pub struct volgrad_medium {
     /// unit cube; trilinear between samples, constant in the outermost half cells, 0 outside the cube.
     /// Borrowed: must outlive the scene. NULL for other kinds.
     pub density: *const f32,
-    /// Grid and sparse grid: samples along each axis.
+    /// Grid and sparse grid: samples along each axis, 1 ... 2^20; less than 2^31 samples, or bricks of a sparse grid.
     pub nx: u32,
     pub ny: u32,
     pub nz: u32,

@@ -9,7 +9,8 @@ use crate::path::{Node, Path, PathError, PathErrorKind, factors};
 use crate::phase::Phase;
 use crate::scene::{MAX_SEGMENTS, Scene};
 
-/// Prepares a path of any sampler, with weight C = w·f/p in RGB. None: its first vertex may not move, it stays as it is.
+/// Prepares a path of any sampler, with weight C = w·f/p in RGB. None: it stays as it is, because its first vertex may not move, or because f
+/// is 0 as seen from here: what the host rounded otherwise carries light that must not be lost.
 pub fn from_path(scene: &Scene, path: &Path, weight: Colour, options: &Options) -> Result<Option<Shiftable>, PathError> {
     options.check(scene).map_err(|_| PathErrorKind::NoGradient.at(1))?;
     let Some(length) = run_length(scene, path, options)? else { return Ok(None) };
@@ -27,11 +28,8 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour, options: &Options) 
     }
     shiftable.onwards = Some(onwards);
     let scale = luminance(weight) / luminance(shiftable.carried(scene));
-    if !scale.is_finite() {
-        return Err(PathErrorKind::ZeroContribution.at(1));
-    }
     shiftable.onwards = Some(onwards.scaled(scale));
-    Ok(Some(shiftable))
+    Ok(scale.is_finite().then_some(shiftable))
 }
 
 /// How many vertices move, the medium vertices from the camera on, or one on a surface. The vertex after them must be one to connect to.

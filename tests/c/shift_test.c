@@ -258,8 +258,9 @@ static void test_batches(void) {
     float total = 0;
     for (uint32_t i = 0; i < count; i++) total += luminance(splats[i].value);
     CHECK_NEAR(total, luminance(weight), 1e-4);
-    vertices[1].normal = vec(0, -0.6f, -0.8f); /* turned away from the light */
-    BAD((void)0, VOLGRAD_ERROR_ZERO_CONTRIBUTION);
+    vertices[1].normal = vec(0, -0.6f, -0.8f); /* turned away from the light: the weight is the caller's, and stays */
+    CHECK_STATUS(shift(weight, 1), VOLGRAD_OK);
+    CHECK(count == 1 && memcmp(&splats[0].value, &weight, sizeof weight) == 0);
     fill();
     vertices[3] = vertices[2];
     vertices[2].kind = VOLGRAD_VERTEX_SURFACE, vertices[2].index = MIRROR, vertices[2].normal = vec(0, -1, 0);

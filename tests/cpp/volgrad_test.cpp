@@ -20,7 +20,7 @@ struct block {
     std::vector<volgrad_splat> storage; /* any type */
     void *get(std::size_t bytes) {
         storage.resize(bytes / sizeof(volgrad_splat) + 2);
-        return reinterpret_cast<void *>((reinterpret_cast<std::uintptr_t>(storage.data()) + 15) / 16 * 16);
+        return reinterpret_cast<void *>((reinterpret_cast<std::size_t>(storage.data()) + 15) / 16 * 16);
     }
 };
 
@@ -28,7 +28,7 @@ struct c_film {
     block memory;
     volgrad_film *film;
     c_film(std::uint32_t width, std::uint32_t height) : film(nullptr) {
-        std::uintptr_t bytes = 0;
+        std::size_t bytes = 0;
         CHECK(volgrad_film_size(width, height, &bytes) == VOLGRAD_OK);
         CHECK(volgrad_film_init(memory.get(bytes), bytes, width, height, &film) == VOLGRAD_OK);
     }
@@ -40,7 +40,7 @@ static void test_samplers() {
     const fog_desc fog;
     const volgrad_queries queries = slab_in_c();
     block memory;
-    std::uintptr_t bytes = 0;
+    std::size_t bytes = 0;
     const volgrad_scene *in_c = nullptr;
     CHECK(volgrad_scene_size(&fog.desc, &bytes) == VOLGRAD_OK);
     CHECK(volgrad_scene_init(memory.get(bytes), bytes, &fog.desc, &in_c, nullptr) == VOLGRAD_OK);
@@ -109,7 +109,7 @@ static void test_guides_and_chains() {
     CHECK(plan.chain_count > 0);
 
     block memory;
-    std::uintptr_t bytes = 0;
+    std::size_t bytes = 0;
     volgrad_chain *chain = nullptr;
     c_film by_c(SIDE, SIDE);
     CHECK(volgrad_chain_size(&options, &bytes) == VOLGRAD_OK);
@@ -208,7 +208,7 @@ static void test_paths() {
     volgrad::shift_tile(scene, options, 1, 3, 4, tile);
     CHECK(std::memcmp(tile, tile_in_c, sizeof tile) == 0 && tile[0] <= 3 && tile[2] > 3);
     std::string report;
-    std::uintptr_t length = 0;
+    std::size_t length = 0;
     std::vector<char> report_in_c(1 << 14);
     CHECK(volgrad_path_report(scene, &path, report_in_c.data(), report_in_c.size(), &length) == VOLGRAD_OK);
     volgrad::path_report(scene, path, report);

@@ -33,7 +33,7 @@ for mutation in 0 1 2 3; do
     try same_words
     try [ "$(grep -c 'not valid' "$work/said")" -eq 0 ]
 done
-try record smoke 2:5 --guide 1 --shift exchangeable --shift-every 1
+try record smoke 0:5 --guide 1 --shift exchangeable --shift-every 1
 try says 'the same bits' 0 "$work/smoke.record"
 try grep -q 'phase_apex' "$work/said"
 try record room 0:7 --guide 2 --shift thesis --shift-kernel ball --shift-radius 0.05 --shift-every 1
