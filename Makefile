@@ -11,6 +11,7 @@
 #   make chains     measures Metropolis chains with and without shifts for a few minutes, writes the table in README.md
 #   make figures    the thesis' figures again and beyond, for forty minutes on two cores: build/figures/figures.html and README.md's part;
 #                   TIME=minutes, RES=pixels (128 divided or multiplied by a whole number); goes on where it was stopped
+#   make references reference images of our own, for hours: scenes/reference, scenes/README.md; goes on where it was stopped
 #   make memcheck   the C tests under valgrind; make test-threads: four threads under a thread sanitizer, with a nightly Rust;
 #   make fuzz       fuzzers of the C interface and of all readers of files (SECONDS=60 each), with clang and a nightly Rust: tests/fuzz
 #   make header     writes include/volgrad.h anew; make abi, also, accepts its binary interface as the one to keep: tests/abi
@@ -49,7 +50,7 @@ RECORD := examples_c/record/record.c examples_c/record/mutation.c
 RECORD_HEADERS := $(wildcard examples_c/record/*.h)
 RECORD_OBJECTS := $(RECORD:examples_c/record/%.c=$(BUILD)/record/%.o)
 
-.PHONY: all libraries deps demo test validate bench peers chains figures header abi panics clean install uninstall FORCE
+.PHONY: all libraries deps demo test validate bench peers chains figures references header abi panics clean install uninstall FORCE
 .PHONY: test-rust test-c test-record test-packaging test-cli test-scenes test-nvdb
 .DELETE_ON_ERROR:
 
@@ -275,6 +276,10 @@ figures: deps $(PEERS_VENV)/ready
 	$(MAKE) $(RENDER)
 	$(PEERS_VENV)/bin/python experiments/measures_test.py
 	$(PEERS_VENV)/bin/python experiments/figures.py --render $(RENDER) --output $(BUILD)/figures --minutes $(TIME) --resolution $(RES)
+
+references: deps $(PEERS_VENV)/ready
+	$(MAKE) $(RENDER)
+	$(PEERS_VENV)/bin/python experiments/references.py --render $(RENDER) --output $(BUILD)/references
 
 $(PEERS_VENV)/ready: experiments/requirements.txt requirements.txt | $(BUILD)
 	$(PYTHON) -m venv $(PEERS_VENV)

@@ -31,7 +31,7 @@ import figures_pictures
 import numpy as np
 from figures_files import Copy, Files, load, render_transmittances
 from figures_plan import PEERS, PROCESSORS, SCENES, VARIANTS, make_plan
-from measures import ALLOWANCE, ROOT, bias_and_variance, bias_and_variance_errors, block_scores, errors, z_of_pairs, z_of_reference
+from measures import ALLOWANCE, ROOT, bias_and_variance, bias_and_variance_errors, block_scores, errors, share_of_variance, z_of_pairs, z_of_reference
 from mitsuba_renders import Mitsuba
 from peers import SEED as MITSUBA_SEED
 from peers import Volgrad, machine, write_rows
@@ -41,7 +41,7 @@ MEASURED = ["relative_mse", "blurred_mse", "outside_mse", "flip", "image_mean"]
 SETTINGS = ["experiment", "scene", "program", "integrator", "mode", "setting", "count", "seed"]
 COLUMNS = [*SETTINGS, "cpu_seconds", *MEASURED, "shifts_per_path", "bits", "command"]
 SPREAD = ["bias2", "bias2_error", "variance", "variance_error"]
-CELL_COLUMNS = [*SETTINGS[:-1], "seeds", *SPREAD, "z_reference", "z_paired", "energy", "blocks_beyond_2"]
+CELL_COLUMNS = [*SETTINGS[:-1], "seeds", *SPREAD, "z_reference", "z_paired", "energy", "blocks_beyond_2", "share", "share_error"]
 
 
 # ---- one render, in a process that has a processor to itself ----
@@ -153,23 +153,26 @@ def cells(jobs, files):
     for j in jobs:
         if j.experiment != "repeated":
             by_cell.setdefault(cell_of(j), []).append(j)
-    plain = {}  # image means without shifts, by the rest of the cell: the same paths, or mutations
+    plain = {}  # images without shifts, by the rest of the cell: the same paths, or mutations
     for cell, of_cell in by_cell.items():
         reference = references[cell[1]]
         images = np.array([reference.matched(load(files.image(j))) for j in of_cell])
         means = images.mean((1, 2, 3))
         _, scene, _, integrator, mode, _, count = cell
         if mode == "none":
-            plain[scene, integrator, count] = means
+            plain[scene, integrator, count] = images
         paired = plain.get((scene, integrator, count))
-        pairs = ["", ""]  # z, and the relative difference
+        pairs, share = ["", ""], ["", ""]  # z, and the relative difference; of a layer, in the variance
         if mode != "none" and paired is not None:
-            pairs = [f"{z_of_pairs(means, paired):.2f}", f"{means.mean() / paired.mean() - 1:.6g}"]
+            others = paired.mean((1, 2, 3))
+            pairs = [f"{z_of_pairs(means, others):.2f}", f"{means.mean() / others.mean() - 1:.6g}"]
+        if mode == "layer":
+            share = [f"{v:.6g}" for v in share_of_variance(images, paired, reference)]
         (bias2, variance), (bias2_error, variance_error) = bias_and_variance(images, reference), bias_and_variance_errors(images, reference)
         beyond = (np.abs(block_scores(images, reference, ALLOWANCE[scene])) > 2).mean()
         numbers = [bias2, bias2_error, variance, variance_error]
         z = z_of_reference(means, reference, ALLOWANCE[scene])
-        yield [*cell, len(images), *(f"{v:.6g}" for v in numbers), f"{z:.2f}", *pairs, f"{beyond:.4f}"]
+        yield [*cell, len(images), *(f"{v:.6g}" for v in numbers), f"{z:.2f}", *pairs, f"{beyond:.4f}", *share]
 
 
 def resolution(text):

@@ -80,13 +80,21 @@ shifts: it pulls gains towards 1."""
 
 SURFACES_TEXT = """A disk of equal size, in pixels or in world units: only the former moves first vertices on surfaces. Shifts are offsets tried
 for all contributions of a path; as many less as there are where surfaces stay belong to them. Below, what paths carry by the kind of their
-first vertex, of the image's light and of the path sampler's squared error without shifts: specular ones never move, and what the camera sees
-directly (none) has no noise but that of pixels' edges. Errors of layers can add up to more or less than the whole by their intervals."""
+first vertex, of the image's light and of the path sampler's noise without shifts (a layer's covariance with the image over the image's
+variance, which add up to 1): specular ones never move, and what the camera sees directly (none) has no noise but that of edges."""
 
 DEFAULTS_TEXT = f"""Squared error at equal CPU time: nothing set (the scene and an output alone) over the best unbiased setting measured;
 without shifts over with the best of them. The best of several settings was picked by the same renders that it is judged by: it looks
 better than it is, by part of its interval. **within {tables.NEAR - 1:.0%}** and **goal** are yes or no where the whole interval is on one
 side; of the goal's two, one has to reach it."""
+
+
+TRIED_TEXT = """Where the goal is missed: in `smoke` and `cloud` a path costs 2 to 4 microseconds, as much as 3 to 5 shifted ones, each of which takes
+one line integral to be placed and one or two to be weighed. Tried there: tiles of 4 to 36 pixels, runs of 1 to 8 vertices, disks and balls, `exact`
+and `two_level` (all above); batches made by chance where they are worth little, which pays in `room` alone, whose paths differ much; line integrals in 0.55 to
+0.9 of their time. Renderers whose paths cost more gain more: examples_c/own_path_tracer.c, 2.5 to 3.7 times at 11 microseconds, 4.1 to 4.5 at 33. In
+`caustic` the best sampler is `bdpt`, which finds most of the light by paths that lights' subpaths show the camera themselves: these cannot
+move, so shifts gain with `path` and `mmlt`, where a tile takes most of the noise for 2 to 3 times the time."""
 
 
 def sections(data, folder):
@@ -141,7 +149,7 @@ def sections(data, folder):
     yield "Defaults from evidence", [
         paragraph(DEFAULTS_TEXT),
         table(tables.defaults(data)),
-        "<h3>Where time and variance go</h3>", table(tables.where(data)),
+        "<h3>Where time and variance go</h3>", table(tables.where(data)), paragraph(TRIED_TEXT),
     ]  # fmt: skip
     yield "The same seeds, the same bits", [table(tables.repeated(data))]
 

@@ -70,7 +70,7 @@ class Program:
     def cost(self, scene, count, pixels):
         """CPU-seconds, roughly."""
         start = START[scene] if self.integrator in ("mmlt", "bdpt", "default") else 0
-        each = COST[self.variant or self.integrator][scene] * (1 if self.mode == "none" else SHIFTED)
+        each = COST[self.variant or self.integrator][scene] * (1 if self.mode in ("none", "layer") else SHIFTED)
         return start + count * each * pixels / 128**2
 
 

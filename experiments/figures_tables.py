@@ -2,7 +2,7 @@
 import numpy as np
 from figures_data import TARGETS, part, products, ratio, time_to
 from figures_plan import ALPHA, LAYERS, MODES, SCENES, UNBIASED
-from measures import TILES, still_text
+from measures import TILES, still_text, student
 from tables import shown
 
 OURS = ["path", "path exchangeable", "bdpt", "bdpt exchangeable", "mmlt", "mmlt exchangeable", "mmlt thesis"]
@@ -148,17 +148,16 @@ def surfaces(data):
 
 
 def layers(data):
-    """Shares of the image's light and of the path sampler's squared error, of paths by their first vertex."""
+    """Shares of the image's light and of the path sampler's variance, of paths by their first vertex."""
     header = ["scene", *(f"{what}, {kind}" for kind in LAYERS for what in ("light", "error"))]
     rows = []
     for scene in SCENES:
-        wanted = {"experiment": "surfaces", "scene": scene}
-        whole = float(data.cell(**wanted, mode="none")["variance"])
+        wanted = {"experiment": "surfaces", "scene": scene, "mode": "layer"}
         cells = [scene]
-        for layer in [data.cell(**wanted, mode="layer", setting=kind) for kind in LAYERS]:
-            error, reach = part(layer, "variance")
-            cells += [f"{1 + float(layer['energy']):.1%}", f"{error / whole:.1%} ± {reach / whole:.1%}" if error > 0 else "0"]
-        rows.append((cells, data.command(**wanted, mode="layer", setting="surface")))
+        for layer in [data.cell(**wanted, setting=kind) for kind in LAYERS if data.find(**wanted)]:
+            reach = student(int(layer["seeds"])) * float(layer["share_error"])
+            cells += [f"{1 + float(layer['energy']):.1%}", f"{float(layer['share']):.1%} ± {reach:.1%}"]
+        rows.append((cells, data.command(**wanted, setting="surface")))
     return header, rows
 
 

@@ -95,6 +95,14 @@ def bias_and_variance_errors(images, reference):
     return np.sqrt((len(images) - 1) * without_one.var(0))
 
 
+def share_of_variance(images, whole, reference):
+    """What a layer adds to the variance of the images that it is part of, with the same seeds, over that variance; weights as above."""
+    weight = 1 / (reference.image**2 + (1e-3 * reference.image.mean()) ** 2)
+    products = ((images - images.mean(0)) * (whole - whole.mean(0)) * weight).mean((1, 2, 3))
+    squares = ((whole - whole.mean(0)) ** 2 * weight).mean((1, 2, 3))
+    return jackknife(lambda p, s: p / s, products, squares)
+
+
 def block_scores(images, reference, allowance):
     """z of the means of blocks against the reference's, less the allowance."""
     ours = np.array([blocks(i, BLOCK) for i in images])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from measures import TILES, interval_of_log, mean, ratio, still, still_text
+from measures import TILES, interval_of_log, mean, ratio, reference_name, still, still_text
 from tables import markdown, replace_between_markers, shown
 
 matplotlib.use("Agg")
@@ -107,7 +107,7 @@ def bias(m, scene, program):
     from images import read
     from scenes import scores
 
-    reference, stderr = (read(ROOT / "scenes" / "reference" / f"{scene}{kind}.exr").mean(2) for kind in ("", "_stderr"))
+    reference, stderr = (read(ROOT / "scenes" / "reference" / f"{reference_name(scene)}{kind}.exr").mean(2) for kind in ("", "_stderr"))
     z, difference, _ = scores(m.column(scene, program, "image_mean"), reference.mean(), np.sqrt((stderr**2).sum()) / stderr.size, 0)
     return f"{1 + difference:.4f}", f"{z:+.1f}"
 
