@@ -20,6 +20,7 @@ OUTPUT = ROOT / "docs/reference.md"
 SECTIONS = [
     ("Versions and statuses", ("status_", "abi_", "version")),
     ("Scenes", ("scene_",)),
+    ("The host's answers", ("hit_",)),
     ("Lines through media", ("line_", "transmittance_")),
     ("Phase functions", ("phase_",)),
     ("Paths", ("path_",)),
@@ -49,6 +50,8 @@ MEANING = {
     "desc": "description of the scene",
     "error": "which field was wrong; or NULL",
     "line": "a line and its media, world units",
+    "ray": "a ray that volgrad asked about",
+    "hit": "the host's answer",
     "path": "a path and the media along its edges, world units",
     "phase": "a phase function",
     "to_previous": "vector from the vertex to the previous point",

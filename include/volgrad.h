@@ -551,6 +551,37 @@ typedef struct volgrad_vertex {
   struct volgrad_vec3 shading_normal;
 } volgrad_vertex;
 
+// Which field was wrong, beside a status.
+typedef struct volgrad_error {
+  // `sizeof(volgrad_error)` of the caller.
+  uint32_t struct_size;
+  // Index of the array element or path vertex that `field` belongs to; 0 if none.
+  uint32_t index;
+  // Name of the field, for example `media.albedo`; static text, or NULL if no field is to blame.
+  const char *field;
+} volgrad_error;
+
+// Settings of the path sampler.
+typedef struct volgrad_path_sampler_options {
+  // `sizeof(volgrad_path_sampler_options)` of the caller.
+  uint32_t struct_size;
+  // Most edges of a path: 1 is only directly visible emission, 2 adds single scattering; 0 is no limit.
+  uint32_t max_depth;
+  // Vertices before Russian roulette begins.
+  uint32_t rr_depth;
+  // The paths to render, a sum of `VOLGRAD_FIRST_VERTEX_*`; 0: all. The layers that make an image have, with the same seed, the same
+  // paths, and add up to it.
+  uint32_t first_vertex;
+  uint64_t seed;
+  // Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
+  struct volgrad_shift_options shift;
+  // Paths of left_out_first ... left_out_last edges are left out, because another sampler renders them; none if the first is 0.
+  // Light that the camera sees directly, or through nothing but specular surfaces, is left out only if left_out_first is 1: other
+  // samplers leave it to this one, which renders all of it in few passes.
+  uint32_t left_out_first;
+  uint32_t left_out_last;
+} volgrad_path_sampler_options;
+
 // A linear RGB colour (Rec. 709 primaries, no gamma) as the host sees it.
 typedef struct volgrad_rgb {
   float r;
@@ -649,16 +680,6 @@ typedef struct volgrad_path {
   uint32_t segment_count;
 } volgrad_path;
 
-// Which field was wrong, beside a status.
-typedef struct volgrad_error {
-  // `sizeof(volgrad_error)` of the caller.
-  uint32_t struct_size;
-  // Index of the array element or path vertex that `field` belongs to; 0 if none.
-  uint32_t index;
-  // Name of the field, for example `media.albedo`; static text, or NULL if no field is to blame.
-  const char *field;
-} volgrad_error;
-
 // The factors of f at one vertex and along the edge from it to the next.
 typedef struct volgrad_path_factor {
   // Camera: importance We. Medium: sigma_s times phase function. Surface: BSDF, without its delta factor if specular. Light: emission.
@@ -728,27 +749,6 @@ typedef struct volgrad_derivative {
   struct volgrad_rgb profile_previous;
   struct volgrad_rgb profile_next;
 } volgrad_derivative;
-
-// Settings of the path sampler.
-typedef struct volgrad_path_sampler_options {
-  // `sizeof(volgrad_path_sampler_options)` of the caller.
-  uint32_t struct_size;
-  // Most edges of a path: 1 is only directly visible emission, 2 adds single scattering; 0 is no limit.
-  uint32_t max_depth;
-  // Vertices before Russian roulette begins.
-  uint32_t rr_depth;
-  // The paths to render, a sum of `VOLGRAD_FIRST_VERTEX_*`; 0: all. The layers that make an image have, with the same seed, the same
-  // paths, and add up to it.
-  uint32_t first_vertex;
-  uint64_t seed;
-  // Batches, as by `volgrad_shift_path`. Its struct_size is that of this library's version.
-  struct volgrad_shift_options shift;
-  // Paths of left_out_first ... left_out_last edges are left out, because another sampler renders them; none if the first is 0.
-  // Light that the camera sees directly, or through nothing but specular surfaces, is left out only if left_out_first is 1: other
-  // samplers leave it to this one, which renders all of it in few passes.
-  uint32_t left_out_first;
-  uint32_t left_out_last;
-} volgrad_path_sampler_options;
 
 // A camera. The image's x axis is `right`, its first row is at the top (`+up`). The three axes are orthonormal.
 typedef struct volgrad_camera {
@@ -1251,6 +1251,31 @@ volgrad_status volgrad_chain_peek(const struct volgrad_chain *chain,
                                   struct volgrad_vertex *current,
                                   struct volgrad_vertex *proposed,
                                   uint32_t capacity);
+
+// Names the field that makes functions refuse these options. `error` may be NULL.
+// Costs nothing to speak of.
+volgrad_status volgrad_shift_options_validate(const struct volgrad_shift_options *options, struct volgrad_error *error);
+
+// Names the field that makes functions refuse these options. `error` may be NULL.
+// Costs nothing to speak of.
+volgrad_status volgrad_path_sampler_options_validate(const struct volgrad_path_sampler_options *options, struct volgrad_error *error);
+
+// Names the field that makes functions refuse these options. `error` may be NULL.
+// Costs nothing to speak of.
+volgrad_status volgrad_bidirectional_options_validate(const struct volgrad_bidirectional_options *options, struct volgrad_error *error);
+
+// Names the field that makes functions refuse these options. `error` may be NULL.
+// Costs nothing to speak of.
+volgrad_status volgrad_chain_options_validate(const struct volgrad_chain_options *options, struct volgrad_error *error);
+
+// Checks a host's answer to a ray: all that `VOLGRAD_ERROR_INVALID_HIT` stands for, that `t` is where the ray goes, and that the segments reach
+// as far as it does. For answers of `intersect`, and for those of `occluded` that found no surface. `error` may be NULL; its index is the segment.
+// Costs nothing to speak of. `VOLGRAD_ERROR_KIND`, `VOLGRAD_ERROR_INDEX` (material, light, media), `VOLGRAD_ERROR_RANGE` (t, segment_count),
+// `VOLGRAD_ERROR_NOT_FINITE` (the normal is no unit vector), `VOLGRAD_ERROR_SEGMENTS` (out of order, or too short).
+volgrad_status volgrad_hit_validate(const struct volgrad_scene *scene,
+                                    const struct volgrad_ray *ray,
+                                    const struct volgrad_hit *hit,
+                                    struct volgrad_error *error);
 
 // How many values of the scene's custom densities were NaN, infinite or negative, and how many of their gradients were not finite, since
 // `volgrad_scene_init`: all of them count as 0. A scene's guided scenes count with it. While other threads use the scene this is what they

@@ -618,6 +618,33 @@ inline result phase_invert(const volgrad_phase &phase, volgrad_vec3 to_previous,
     return detail::finish(volgrad_phase_invert(&phase, to_previous, to_next, &u0, &u1));
 }
 
+/* Options and answers that are refused; the exception names the field. */
+inline result validate(const volgrad_shift_options &options) {
+    volgrad_error wrong = sized<volgrad_error>();
+    const volgrad_status status = volgrad_shift_options_validate(&options, &wrong);
+    return detail::finish(status, wrong);
+}
+inline result validate(const volgrad_path_sampler_options &options) {
+    volgrad_error wrong = sized<volgrad_error>();
+    const volgrad_status status = volgrad_path_sampler_options_validate(&options, &wrong);
+    return detail::finish(status, wrong);
+}
+inline result validate(const volgrad_bidirectional_options &options) {
+    volgrad_error wrong = sized<volgrad_error>();
+    const volgrad_status status = volgrad_bidirectional_options_validate(&options, &wrong);
+    return detail::finish(status, wrong);
+}
+inline result validate(const volgrad_chain_options &options) {
+    volgrad_error wrong = sized<volgrad_error>();
+    const volgrad_status status = volgrad_chain_options_validate(&options, &wrong);
+    return detail::finish(status, wrong);
+}
+inline result hit_validate(const volgrad_scene *scene, const volgrad_ray &ray, const volgrad_hit &hit) {
+    volgrad_error wrong = sized<volgrad_error>();
+    const volgrad_status status = volgrad_hit_validate(scene, &ray, &hit, &wrong);
+    return detail::finish(status, wrong);
+}
+
 /* `place`, if not NULL, says which vertex was wrong; the exception does, too. */
 inline result path_validate(const volgrad_scene *scene, const volgrad_path &path, volgrad_error *place = nullptr) {
     volgrad_error wrong = sized<volgrad_error>();

@@ -9,6 +9,7 @@ mod bidirectional;
 mod bootstraps;
 mod callbacks;
 mod chains;
+mod checks;
 mod convert;
 mod custom;
 mod custom_bsdf;
@@ -34,6 +35,7 @@ pub use bidirectional::*;
 pub use bootstraps::*;
 pub use callbacks::*;
 pub use chains::*;
+pub use checks::*;
 pub use films::*;
 pub use guides::*;
 #[cfg(feature = "exr")]

@@ -85,7 +85,7 @@ pub struct volgrad_path_sampler_options {
     pub left_out_last: u32,
 }
 
-const DEFAULTS: volgrad_path_sampler_options = volgrad_path_sampler_options {
+pub(super) const DEFAULTS: volgrad_path_sampler_options = volgrad_path_sampler_options {
     struct_size: size_of::<volgrad_path_sampler_options>() as u32,
     max_depth: 0,
     rr_depth: 5,
@@ -217,7 +217,7 @@ pub(super) unsafe fn add_stats(
     Ok(())
 }
 
-fn options(o: &volgrad_path_sampler_options) -> Result<Options, Fault> {
+pub(super) fn options(o: &volgrad_path_sampler_options) -> Result<Options, Fault> {
     if o.shift.struct_size as usize != size_of::<volgrad_shift_options>() {
         return Err(VOLGRAD_ERROR_STRUCT_SIZE.at(c"shift.struct_size", 0));
     }

@@ -12,7 +12,9 @@ pub use light::{
     CustomProfile, CustomSky, EnvironmentMap, Falloff, GUIDE_SIDE, Guide, Light, LightSample, Lights, ProfileFunction,
     SkyFunction, accumulate, leave_constant_sky_to_chance, running_sums, sums_length,
 };
-pub use query::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Queries, Ray, Stop, surface_epsilon};
+pub use query::{
+    HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, KEEP_MEDIUM, MAX_SEGMENTS, Mistake, Queries, Ray, Stop, surface_epsilon,
+};
 pub use view::View;
 
 use crate::math::DVec3;

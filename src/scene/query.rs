@@ -81,25 +81,44 @@ impl Hit {
 
     /// Checks what the core relies on. The media of a hit that only says "occluded" are not looked at.
     pub fn check(&self, scene: &Scene) -> Result<(), Stop> {
+        self.mistake(scene).map_or(Ok(()), |_| Err(Stop::InvalidHit))
+    }
+
+    /// The first thing that is wrong.
+    pub fn mistake(&self, scene: &Scene) -> Option<Mistake> {
         let medium = |index: u32| index == NONE || (index as usize) < scene.media.len();
         let side = |index: u32| index == KEEP_MEDIUM || medium(index);
-        let mut reached = 0.0;
+        if !matches!(self.kind, HIT_NONE | HIT_SURFACE) {
+            return Some(Mistake::Kind);
+        }
         // Written so that NaN fails.
-        let ordered = self.media().iter().all(|segment| {
+        if self.kind == HIT_SURFACE {
+            if self.material as usize >= scene.materials.len() {
+                return Some(Mistake::Material);
+            }
+            if self.light != NONE && !scene.lights.get(self.light).is_some_and(|light| light.area_pdf() > 0.0) {
+                return Some(Mistake::Light);
+            }
+            if !(side(self.medium_inside) && side(self.medium_outside)) {
+                return Some(Mistake::Medium);
+            }
+            if !(self.t > 0.0 && self.t.is_finite()) {
+                return Some(Mistake::Distance);
+            }
+            if !((self.normal.wide().length_squared() - 1.0).abs() < 1e-2) {
+                return Some(Mistake::Normal);
+            }
+        }
+        if self.media().is_empty() {
+            return Some(Mistake::SegmentCount);
+        }
+        let mut reached = 0.0;
+        let wrong = |segment: &Segment| {
             let ok = segment.end >= reached && medium(segment.medium);
             reached = segment.end;
-            ok
-        });
-        let surface = self.kind != HIT_SURFACE
-            || ((self.material as usize) < scene.materials.len()
-                && (self.light == NONE || scene.lights.get(self.light).is_some_and(|light| light.area_pdf() > 0.0))
-                && side(self.medium_inside)
-                && side(self.medium_outside)
-                && self.t > 0.0
-                && self.t.is_finite()
-                && (self.normal.wide().length_squared() - 1.0).abs() < 1e-2);
-        let known = matches!(self.kind, HIT_NONE | HIT_SURFACE);
-        if known && surface && ordered && !self.media().is_empty() { Ok(()) } else { Err(Stop::InvalidHit) }
+            !ok
+        };
+        self.media().iter().position(wrong).map(Mistake::Segment)
     }
 
     /// The medium in which a ray that leaves the surface starts, on the side that the normal points to or on the other.
@@ -118,6 +137,22 @@ impl Hit {
     pub fn media(&self) -> &[Segment] {
         self.segments.get(..self.segment_count as usize).unwrap_or(&[])
     }
+}
+
+/// What can be wrong with a hit.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Mistake {
+    Kind,
+    Material,
+    /// There is no such area light.
+    Light,
+    Medium,
+    Distance,
+    Normal,
+    /// None, or more than fit.
+    SegmentCount,
+    /// Its end lies before the one before, or there is no such medium.
+    Segment(usize),
 }
 
 /// Why a running call ends early.

@@ -179,6 +179,14 @@ static void test_paths() {
     volgrad_path_factor factors[3];
     volgrad_gradient gradient, run;
     volgrad::path_validate(scene, path);
+    volgrad::validate(volgrad::shift_options_default());
+    volgrad::validate(volgrad::path_sampler_options_default());
+    volgrad::validate(volgrad::bidirectional_options_default());
+    volgrad::validate(volgrad::chain_options_default());
+    const volgrad_ray ray = {{0, 0, 0}, z, 0, 1, 0};
+    volgrad_hit hit = {};
+    hit.segment_count = 1, hit.segments[0] = {1, 0, {}};
+    volgrad::hit_validate(scene, ray, hit);
     volgrad::path_contribution(scene, path, f);
     volgrad::path_factors(scene, path, factors);
     for (const volgrad_path_factor &p : factors) product[0] *= static_cast<double>(p.vertex.r * p.transmittance.r) * p.geometry;

@@ -440,7 +440,10 @@ static inline int32_t ask(void *user, const volgrad_ray *rays, volgrad_hit *hits
         if (w->patience == 0) return 1;
         w->patience--;
         answer(w, &rays[i], &hits[i]);
-        if (next_random(w) % 256 < w->nonsense) spoil(w, &hits[i]);
+        if (next_random(w) % 256 < w->nonsense) {
+            spoil(w, &hits[i]);
+            volgrad_hit_validate(w->scene, &rays[i], &hits[i], NULL);
+        }
     }
     return 0;
 }

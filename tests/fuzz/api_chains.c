@@ -19,6 +19,7 @@ static volgrad_chain_options decode_options(input *in) {
         o.shift.kernel = VOLGRAD_KERNEL_BALL;
         o.shift.radius_unit = VOLGRAD_RADIUS_WORLD;
     }
+    volgrad_chain_options_validate(&o, NULL);
     return o;
 }
 

@@ -24,6 +24,10 @@ static void run_paths(input *in, world *w, volgrad_film *film) {
     options.left_out_first = pick(in, 4);
     options.left_out_last = below(in, 8);
     options.first_vertex = below(in, 8) == 0 ? pick(in, 20) : 0;
+    volgrad_error error = {sizeof error, 0, NULL};
+    volgrad_path_sampler_options_validate(&options, &error);
+    volgrad_shift_options_validate(&options.shift, &error);
+    volgrad_bidirectional_options_validate(&bidirectional, &error);
     uint64_t before = stats.paths;
     volgrad_status status = volgrad_path_sampler_run(w->scene, &w->queries, &options, pass, first, pixels, film, &stats);
     MUST(status == VOLGRAD_OK ? stats.paths == before + pixels : stats.paths <= before + pixels);
