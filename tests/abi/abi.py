@@ -91,7 +91,7 @@ def for_rust(structs, values, numbers):
     lines = [f"// {NOTE}", "layouts! {"]
     lines += [f"    struct {name}: {size} {{ {', '.join(f'{f}: {o}' for f, o in fields)} }}" for name, size, fields in structs]
     lines += [f"    enum {kind}::{name}: {value};" for kind, name, value in values]
-    lines += [f"    const VOLGRAD_{name}: {value};" for name, value in numbers]
+    lines += [f"    const VOLGRAD_{name}: {value.rstrip('U')};" for name, value in numbers]
     return "\n".join(lines + ["}"]) + "\n"
 
 
