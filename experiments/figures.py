@@ -31,7 +31,8 @@ import figures_pictures
 import numpy as np
 from figures_files import Copy, Files, load, render_transmittances
 from figures_plan import PEERS, PROCESSORS, SCENES, VARIANTS, make_plan
-from measures import ALLOWANCE, ROOT, bias_and_variance, bias_and_variance_errors, block_scores, errors, share_of_variance, z_of_pairs, z_of_reference
+from measures import (ALLOWANCE, ROOT, bias_and_variance, bias_and_variance_errors, block_scores, errors, share_of_variance,
+                      share_of_variance_error, z_of_pairs, z_of_reference)  # fmt: skip
 from mitsuba_renders import Mitsuba
 from peers import SEED as MITSUBA_SEED
 from peers import Volgrad, machine, write_rows
@@ -167,7 +168,7 @@ def cells(jobs, files):
             others = paired.mean((1, 2, 3))
             pairs = [f"{z_of_pairs(means, others):.2f}", f"{means.mean() / others.mean() - 1:.6g}"]
         if mode == "layer":
-            share = [f"{v:.6g}" for v in share_of_variance(images, paired, reference)]
+            share = [f"{f(images, paired, reference):.6g}" for f in (share_of_variance, share_of_variance_error)]
         (bias2, variance), (bias2_error, variance_error) = bias_and_variance(images, reference), bias_and_variance_errors(images, reference)
         beyond = (np.abs(block_scores(images, reference, ALLOWANCE[scene])) > 2).mean()
         numbers = [bias2, bias2_error, variance, variance_error]

@@ -149,7 +149,7 @@ def surfaces(data):
 
 def layers(data):
     """Shares of the image's light and of the path sampler's variance, of paths by their first vertex."""
-    header = ["scene", *(f"{what}, {kind}" for kind in LAYERS for what in ("light", "error"))]
+    header = ["scene", *(f"{what}, {kind}" for kind in LAYERS for what in ("light", "noise"))]
     rows = []
     for scene in SCENES:
         wanted = {"experiment": "surfaces", "scene": scene, "mode": "layer"}

@@ -5,7 +5,7 @@ with a bias other than what is expected; also if z of blocks is not that of nois
 """
 import numpy as np
 from measures import (Reference, bias_and_variance, bias_and_variance_errors, block_scores, blur, errors, interval_of_log, share_of_variance,
-                      z_of_pairs, z_of_reference)  # fmt: skip
+                      share_of_variance_error,                      z_of_pairs, z_of_reference)  # fmt: skip
 
 SIZE, SEEDS, NOISE, BIAS, REFERENCE_NOISE = 128, 8, 0.1, 0.05, 0.02
 BEYOND_2 = 0.0455  # of a normal distribution
@@ -51,8 +51,8 @@ def main():
     a, b = np.random.default_rng(3).standard_normal((2, SEEDS, SIZE, SIZE, 3))
     flat = Reference(np.ones((SIZE, SIZE, 3)), np.zeros((SIZE, SIZE, 3)), None)
     for layer, share in ((a + b, 0.25), (3 * a - b, 0.75)):
-        found, error = share_of_variance(layer, 4 * a, flat)
-        near("a layer's share of the variance", found, share, error)
+        pair = layer, 4 * a, flat
+        near("a layer's share of the variance", share_of_variance(*pair), share, share_of_variance_error(*pair))
 
     noise = np.random.default_rng(2).standard_normal((SIZE, SIZE, 3))
     inside = slice(8, -8)

@@ -108,7 +108,7 @@ static int make_room(chains *c, uint32_t wanted, volgrad_status *status)
     if (*status != VOLGRAD_OK) {
         return 0;
     }
-    /* volgrad_chain_plan can make more of them than wanted: at least one for each path length. */
+    /* volgrad_chain_plan can make so many more of them than wanted. */
     size_t most = (size_t)wanted + VOLGRAD_MAX_LENGTH;
     c->memory = aligned_memory(most * c->bytes_of_one);
     c->starts = calloc(most, sizeof *c->starts);

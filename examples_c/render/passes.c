@@ -15,7 +15,8 @@ static volgrad_status render_item(void *user, unsigned worker, uint64_t item)
     const passes *p = user;
     const render_job *job = p->job;
     uint64_t pass = p->done + item / p->blocks_per_pass;
-    uint32_t first_pixel = p->first_pixel + (uint32_t)(item % p->blocks_per_pass) * p->block_stride;
+    uint64_t block = item % p->blocks_per_pass;
+    uint32_t first_pixel = (uint32_t)(block * p->block_stride + block * p->block_jitter % (p->block_stride - p->block_pixels + 1));
     uint32_t left = job->pixel_count - first_pixel;
     uint32_t count = left < p->block_pixels ? left : p->block_pixels;
     volgrad_film *film = p->films.each[worker].film;

@@ -14,7 +14,8 @@ typedef struct {
     double seconds;     /* that they took */
     uint64_t last_size; /* of the last group */
     uint32_t block_pixels, blocks_per_pass;
-    uint32_t first_pixel, block_stride; /* where the first block begins, and how far after another the next; 0 and block_pixels: all pixels */
+    /* Block k begins somewhere in stride k, at k * block_jitter in what it leaves room for. As large as a block: all pixels. */
+    uint32_t block_stride, block_jitter;
     int quiet; /* does not report */
 } passes;
 

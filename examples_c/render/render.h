@@ -1,6 +1,6 @@
 /* Renders an image on all threads. It depends on the seed and on how much was done, not on the threads: films are integer sums, and a
-   limit or a signal only decides before which pass, or round of mutations, to stop, and whether guides learn from all samples that they
-   should. */
+   limit or a signal only decides before which pass, or round of mutations, to stop, whether guides learn from all samples that they
+   should, and how much is tried (ways.h). */
 #ifndef RENDER_RENDER_H
 #define RENDER_RENDER_H
 
@@ -57,7 +57,8 @@ typedef struct {
     const chain_settings *chains;                       /* NULL: no chains */
     const guide_settings *guide;                        /* NULL: subpaths go wherever lights shine */
     uint32_t width, height;                             /* of the whole image */
-    uint32_t pixel_count;                               /* in the crop window */
+    uint32_t crop[4];                                   /* the crop window: x0, y0, x1, y1 */
+    uint32_t pixel_count;                               /* in it */
     unsigned threads;                                   /* at least 1 */
     uint64_t max_passes;                                /* 0: no limit; beside chains: in proportion to them */
     double max_seconds;                                 /* 0: no limit */

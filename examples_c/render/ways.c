@@ -16,9 +16,11 @@ static const uint64_t TRIAL_SEED = 0x9e3779b97f4a7c15u;
 /* Rays are counted, and a tile that two blocks share is traced for both: blocks must not depend on the threads. */
 enum { BLOCK_PIXELS = 256 };
 
-/* What a way renders first: one block of pixels, then none until so many after its beginning, a prime number, so that blocks do not lie
-   below each other. */
-enum { SAMPLE_STRIDE = 1801, FEWEST_BLOCKS = 4 };
+/* What a way renders first: one block of pixels in each stride, somewhere, so that blocks do not lie below each other. */
+enum { SAMPLE_PIXELS = 64, SAMPLE_STRIDE = 7 * SAMPLE_PIXELS, SAMPLE_JITTER = 239, FEWEST_BLOCKS = 4 };
+
+/* What a way costs over the first one, where there is no sample. */
+static const double USUAL_COST = 4.0;
 
 /* Times what a sample of a bidirectional way tells: guided subpaths meet more. */
 static const double GUIDED_COST = 3.0;
@@ -69,21 +71,19 @@ static float *image_of(const contest *c, unsigned way, unsigned trial)
     return c->images + (way * TRIALS + trial) * c->values;
 }
 
-/* Whole blocks in the middle of each stride. */
 static uint32_t blocks_of_sample(const render_job *job)
 {
-    uint32_t margin = SAMPLE_STRIDE / 2 + BLOCK_PIXELS;
-    return job->pixel_count > margin ? (job->pixel_count - margin) / SAMPLE_STRIDE + 1 : 0;
+    return job->pixel_count / SAMPLE_STRIDE;
 }
 
 /* Sets the blocks of a pass, all of them or a sample; returns the part of the pixels in them. */
 static double set_blocks(passes *p, int is_sample)
 {
-    p->block_pixels = BLOCK_PIXELS;
+    p->block_pixels = is_sample ? SAMPLE_PIXELS : BLOCK_PIXELS;
     p->block_stride = is_sample ? SAMPLE_STRIDE : BLOCK_PIXELS;
-    p->first_pixel = is_sample ? SAMPLE_STRIDE / 2 : 0;
+    p->block_jitter = is_sample ? SAMPLE_JITTER : 0;
     p->blocks_per_pass = is_sample ? blocks_of_sample(p->job) : (p->job->pixel_count + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
-    return is_sample ? (double)p->blocks_per_pass * BLOCK_PIXELS / p->job->pixel_count : 1.0;
+    return is_sample ? (double)p->blocks_per_pass * SAMPLE_PIXELS / p->job->pixel_count : 1.0;
 }
 
 /* A pass of its own, or a sample of its blocks. Returns 0 on a failure, as ways_choose. */
@@ -180,19 +180,22 @@ static uint32_t least(uint32_t a, uint32_t b)
    in the image it is: what subpaths from lights show the camera is everywhere. */
 static void find_errors(contest *c)
 {
-    uint32_t width = c->job->width, height = c->job->height;
-    double dark = DARK * brightness(c, 0, 0, width, height);
+    const uint32_t *crop = c->job->crop;
+    double dark = DARK * brightness(c, crop[0], crop[1], crop[2], crop[3]);
     for (unsigned i = 0; i < c->job->way_count; ++i) {
         c->ways[i].errors = 0.0;
     }
-    for (uint32_t y = 0; y < height; y += BLOCK) {
-        for (uint32_t x = 0; x < width; x += BLOCK) {
-            uint32_t x1 = least(x + BLOCK, width), y1 = least(y + BLOCK, height);
+    for (uint32_t y = crop[1]; y < crop[3]; y += BLOCK) {
+        for (uint32_t x = crop[0]; x < crop[2]; x += BLOCK) {
+            uint32_t x1 = least(x + BLOCK, crop[2]), y1 = least(y + BLOCK, crop[3]);
             double mean = brightness(c, x, y, x1, y1);
             double scale = mean * mean + dark * dark;
             for (unsigned i = 0; i < c->job->way_count && scale > 0.0; ++i) {
                 double part = c->ways[i].part;
                 c->ways[i].errors += part > 0.0 ? squared_difference(c, i, x, y, x1, y1) / (scale * part) : 0.0;
+                if (part == 1.0 && brightness_of(c, i, x, y, x1, y1) == 0.0) {
+                    c->ways[i].errors += TRIALS * mean * mean * 3.0 * (x1 - x) * (y1 - y) / scale; /* others see light there */
+                }
             }
         }
     }
@@ -207,7 +210,7 @@ static double cost(const contest *c, unsigned way)
     for (unsigned i = 1; i < c->job->way_count; ++i) {
         others += c->ways[i].cost;
     }
-    return c->ways[way].cost > 0.0 ? c->ways[way].cost : others;
+    return c->ways[way].cost > 0.0 ? c->ways[way].cost : fmax(others, USUAL_COST * c->ways[0].cost);
 }
 
 static double work(const contest *c, unsigned way)
@@ -224,12 +227,18 @@ static void find_best(contest *c)
     }
 }
 
+static int is_out_of_time(const contest *c)
+{
+    const render_job *job = c->job;
+    return *job->stop || (job->max_seconds > 0.0 && seconds_wall() - job->start - c->guide->seconds >= MOST_FOR_TRIALS * job->max_seconds);
+}
+
 /* Returns 0 on a failure, as ways_choose. */
 static int try_way(contest *c, unsigned index, int is_sample, volgrad_status *status)
 {
     c->ways[index] = (standing){.part = 0.0};
     for (unsigned trial = 0; trial < TRIALS; ++trial) {
-        if (trial > 0 && *c->job->stop) {
+        if (trial > 0 && is_out_of_time(c)) {
             c->ways[index] = (standing){.part = 0.0}; /* one trial alone tells nothing of a way */
             return 1;
         }
@@ -284,6 +293,9 @@ static double limit(const contest *c)
 /* Whether whole trials of a way are worth their cost: the better it looks, the more they may take. */
 static int is_worth_it(const contest *c, unsigned way)
 {
+    if (!(work(c, c->best) > 0.0)) {
+        return 0; /* nothing to gain */
+    }
     double more = cost(c, way) * (is_bidirectional(c, way) && c->guide->samples == 0 ? GUIDED_COST : 1.0);
     return more <= promise(c, way) * limit(c) && (double)c->rays + more <= limit(c);
 }
@@ -317,7 +329,13 @@ static int are_guides_worth_it(const contest *c)
 /* Returns 0 on a failure, as ways_choose. */
 static int hold(contest *c, guide *g, volgrad_status *status)
 {
-    if (!try_way(c, 0, 0, status) || !try_samples(c, status) || (are_guides_worth_it(c) && !guide_learn(g, c->job, status))) {
+    if (!try_way(c, 0, 0, status)) {
+        return 0;
+    }
+    if (c->ways[0].part == 0.0) {
+        return 1; /* there is no time for trials */
+    }
+    if (!try_samples(c, status) || (are_guides_worth_it(c) && !guide_learn(g, c->job, status))) {
         return 0;
     }
     for (unsigned i = 1; i < c->job->way_count; ++i) {

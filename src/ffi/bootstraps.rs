@@ -43,7 +43,7 @@ pub struct volgrad_chain_start {
     pub length: u32,
     /// Number of the chain.
     pub index: u32,
-    /// Chains in all over those of this length: what a splat counts for.
+    /// Chains in all over those of this length, in the mean: what a splat counts for.
     pub share: f64,
     /// Chains in all.
     pub chains: u32,

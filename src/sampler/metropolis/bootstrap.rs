@@ -106,6 +106,9 @@ pub struct Plan {
 /// No path has this length.
 const SHARED: usize = 0;
 
+/// Of sums over sums.
+const ROUNDING: f64 = 1e-9;
+
 /// Where a chain begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Start {
@@ -161,7 +164,7 @@ impl Plan {
         let all: f64 = self.brightness.iter().map(|length| length.sum).sum();
         let chains = |sum: f64| f64::from(wanted) * sum / all;
         for (count, length) in self.chains.iter_mut().zip(&self.brightness).filter(|(_, length)| length.sum > 0.0) {
-            if chains(length.sum) >= 1.0 {
+            if chains(length.sum) > 1.0 - ROUNDING {
                 *count = round(chains(length.sum)) as u32;
             } else {
                 self.shared += length.sum;
