@@ -480,7 +480,7 @@ typedef struct volgrad_chain_start {
   uint32_t length;
   // Number of the chain.
   uint32_t index;
-  // Chains in all over those of this length: what a splat counts for.
+  // Chains in all over those of this length, in the mean: what a splat counts for.
   double share;
   // Chains in all.
   uint32_t chains;
