@@ -5,7 +5,7 @@ with a bias other than what is expected; also if z of blocks is not that of nois
 """
 import numpy as np
 from measures import (Reference, bias_and_variance, bias_and_variance_errors, block_scores, blur, errors, interval_of_log, share_of_variance,
-                      share_of_variance_error,                      z_of_pairs, z_of_reference)  # fmt: skip
+                      share_of_variance_error, z_of_pairs, z_of_reference)  # fmt: skip
 
 SIZE, SEEDS, NOISE, BIAS, REFERENCE_NOISE = 128, 8, 0.1, 0.05, 0.02
 BEYOND_2 = 0.0455  # of a normal distribution

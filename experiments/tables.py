@@ -5,7 +5,9 @@ import numpy as np
 
 
 def shown(value, low, high):
-    """With its interval, to two digits that count."""
+    """With its interval, to two digits that count; of an interval over orders of magnitude one is too many."""
+    if high > 100 * low:
+        return f"{value:.1g} ({low:.0e}–{high:.0e})"
     digits = max(0, int(2 - np.floor(np.log10(value))) - 1)
     return f"{value:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"
 

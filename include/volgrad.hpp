@@ -618,27 +618,23 @@ inline result phase_invert(const volgrad_phase &phase, volgrad_vec3 to_previous,
     return detail::finish(volgrad_phase_invert(&phase, to_previous, to_next, &u0, &u1));
 }
 
-/* Options and answers that are refused; the exception names the field. */
-inline result validate(const volgrad_shift_options &options) {
+namespace detail {
+template <class T> result validate(volgrad_status (*check)(const T *, volgrad_error *), const T &options) {
     volgrad_error wrong = sized<volgrad_error>();
-    const volgrad_status status = volgrad_shift_options_validate(&options, &wrong);
-    return detail::finish(status, wrong);
+    const volgrad_status status = check(&options, &wrong);
+    return finish(status, wrong);
 }
+} // namespace detail
+
+/* Options and answers that are refused; the exception names the field. */
+inline result validate(const volgrad_shift_options &options) { return detail::validate(volgrad_shift_options_validate, options); }
 inline result validate(const volgrad_path_sampler_options &options) {
-    volgrad_error wrong = sized<volgrad_error>();
-    const volgrad_status status = volgrad_path_sampler_options_validate(&options, &wrong);
-    return detail::finish(status, wrong);
+    return detail::validate(volgrad_path_sampler_options_validate, options);
 }
 inline result validate(const volgrad_bidirectional_options &options) {
-    volgrad_error wrong = sized<volgrad_error>();
-    const volgrad_status status = volgrad_bidirectional_options_validate(&options, &wrong);
-    return detail::finish(status, wrong);
+    return detail::validate(volgrad_bidirectional_options_validate, options);
 }
-inline result validate(const volgrad_chain_options &options) {
-    volgrad_error wrong = sized<volgrad_error>();
-    const volgrad_status status = volgrad_chain_options_validate(&options, &wrong);
-    return detail::finish(status, wrong);
-}
+inline result validate(const volgrad_chain_options &options) { return detail::validate(volgrad_chain_options_validate, options); }
 inline result hit_validate(const volgrad_scene *scene, const volgrad_ray &ray, const volgrad_hit &hit) {
     volgrad_error wrong = sized<volgrad_error>();
     const volgrad_status status = volgrad_hit_validate(scene, &ray, &hit, &wrong);

@@ -879,8 +879,8 @@ MUTANTS = [
     Mutant(
         "metropolis: chains take any scene",
         "src/sampler/metropolis/chain.rs",
-        "if same { Ok(room) }",
-        "if same || true { Ok(room) }",
+        "if same { Ok(()) }",
+        "if same || true { Ok(()) }",
         "metropolis strangers",
     ),
     Mutant(
@@ -900,8 +900,8 @@ MUTANTS = [
     Mutant(
         "metropolis: starts evenly among the samples that are not dark",
         "src/sampler/metropolis/bootstrap.rs",
-        "passed[length] += f64::from(chains) * f64::from(*weight) / sum;",
-        "passed[length] += f64::from(chains) * 4.0 / self.samples as f64;",
+        "passed[place] += chains * f64::from(*weight) / of;",
+        "passed[place] += chains * 4.0 / self.samples as f64;",
         "metropolis a_chain_that_hardly_leaves_its_start",
     ),
     Mutant(

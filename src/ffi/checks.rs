@@ -4,19 +4,21 @@ use super::bidirectional::{self, volgrad_bidirectional_options};
 use super::chains::{self, volgrad_chain_options};
 use super::pointer::{reference, sized_over};
 use super::samplers::{self, volgrad_path_sampler_options};
-use super::scenes::{report, scene, volgrad_scene};
+use super::scenes::{finish_with, scene, volgrad_scene};
 use super::shifts::{self, volgrad_shift_options};
-use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
+use super::status::{Fault, volgrad_error, volgrad_status, volgrad_status::*};
 use crate::scene::{HIT_OVERFLOW, HIT_SURFACE, Hit, Mistake, Ray, Scene};
 
 /// # Safety
-/// `error` is as the header says.
-unsafe fn finish_with(error: *mut volgrad_error, result: Result<(), Fault>) -> volgrad_status {
-    if let Err(fault) = &result {
-        // SAFETY: the caller's promise.
-        unsafe { report(error, fault) };
-    }
-    finish(result)
+/// The pointers are as the header says.
+unsafe fn check<T: Copy, O>(
+    options: *const T,
+    defaults: T,
+    read: impl FnOnce(&T) -> Result<O, Fault>,
+    error: *mut volgrad_error,
+) -> volgrad_status {
+    // SAFETY: the caller's promise.
+    unsafe { finish_with(error, sized_over(options, defaults).map_err(Fault::from).and_then(|o| read(&o).map(drop))) }
 }
 
 /// Names the field that makes functions refuse these options. `error` may be NULL.
@@ -27,12 +29,7 @@ pub unsafe extern "C" fn volgrad_shift_options_validate(
     error: *mut volgrad_error,
 ) -> volgrad_status {
     // SAFETY: the header's contract.
-    unsafe {
-        finish_with(
-            error,
-            sized_over(options, shifts::DEFAULTS).map_err(Fault::from).and_then(|o| shifts::options(&o).map(|_| ())),
-        )
-    }
+    unsafe { check(options, shifts::DEFAULTS, shifts::options, error) }
 }
 
 /// Names the field that makes functions refuse these options. `error` may be NULL.
@@ -43,12 +40,7 @@ pub unsafe extern "C" fn volgrad_path_sampler_options_validate(
     error: *mut volgrad_error,
 ) -> volgrad_status {
     // SAFETY: the header's contract.
-    unsafe {
-        finish_with(
-            error,
-            sized_over(options, samplers::DEFAULTS).map_err(Fault::from).and_then(|o| samplers::options(&o).map(|_| ())),
-        )
-    }
+    unsafe { check(options, samplers::DEFAULTS, samplers::options, error) }
 }
 
 /// Names the field that makes functions refuse these options. `error` may be NULL.
@@ -59,14 +51,7 @@ pub unsafe extern "C" fn volgrad_bidirectional_options_validate(
     error: *mut volgrad_error,
 ) -> volgrad_status {
     // SAFETY: the header's contract.
-    unsafe {
-        finish_with(
-            error,
-            sized_over(options, bidirectional::DEFAULTS)
-                .map_err(Fault::from)
-                .and_then(|o| bidirectional::options(&o).map(|_| ())),
-        )
-    }
+    unsafe { check(options, bidirectional::DEFAULTS, bidirectional::options, error) }
 }
 
 /// Names the field that makes functions refuse these options. `error` may be NULL.
@@ -77,12 +62,7 @@ pub unsafe extern "C" fn volgrad_chain_options_validate(
     error: *mut volgrad_error,
 ) -> volgrad_status {
     // SAFETY: the header's contract.
-    unsafe {
-        finish_with(
-            error,
-            sized_over(options, chains::DEFAULTS).map_err(Fault::from).and_then(|o| chains::options(&o).map(|_| ())),
-        )
-    }
+    unsafe { check(options, chains::DEFAULTS, chains::options, error) }
 }
 
 /// Checks a host's answer to a ray: all that `VOLGRAD_ERROR_INVALID_HIT` stands for, that `t` is where the ray goes, and that the segments reach

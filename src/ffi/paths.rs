@@ -1,7 +1,7 @@
 //! Contribution and gradient of a path.
 
 use super::pointer::{array, array_mut, output, reference};
-use super::scenes::{report, scene, volgrad_scene};
+use super::scenes::{finish_with, scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_error, volgrad_status, volgrad_status::*};
 use super::types::volgrad_path;
 use crate::math::{DVec3, Rgb, Vec3};
@@ -162,12 +162,7 @@ pub unsafe extern "C" fn volgrad_path_validate(
     error: *mut volgrad_error,
 ) -> volgrad_status {
     // SAFETY: the header's contract.
-    let result = (|| unsafe { Ok(self::path(path)?.validate(self::scene(scene)?)?) })();
-    if let Err(fault) = &result {
-        // SAFETY: the header's contract.
-        unsafe { report(error, fault) };
-    }
-    finish(result)
+    unsafe { finish_with(error, (|| Ok(self::path(path)?.validate(self::scene(scene)?)?))()) }
 }
 
 /// Describes a path in English, to find mistakes by: each vertex, each factor of f and of the log-gradient under its name in

@@ -214,11 +214,8 @@ pub unsafe extern "C" fn volgrad_scene_init(
         write(build(memory.cast(), &desc, &layout)?);
         Ok(())
     })();
-    if let Err(fault) = &result {
-        // SAFETY: the header's contract.
-        unsafe { report(error, fault) };
-    }
-    finish(result)
+    // SAFETY: the header's contract.
+    unsafe { finish_with(error, result) }
 }
 
 pub(super) fn check_memory(memory: *mut c_void, bytes: usize, needed: usize) -> Result<(), Fault> {
@@ -231,16 +228,21 @@ pub(super) fn check_memory(memory: *mut c_void, bytes: usize, needed: usize) -> 
     if bytes < needed { Err(VOLGRAD_ERROR_TOO_SMALL.at(c"bytes", 0)) } else { Ok(()) }
 }
 
+/// The status of a result, whose field and index go to `error`.
+///
 /// # Safety
 /// `error` is NULL or points to a volgrad_error with its size.
-pub(super) unsafe fn report(error: *mut volgrad_error, fault: &Fault) {
-    let value = volgrad_error { struct_size: 0, index: fault.index, field: fault.field.map_or(null(), |f| f.as_ptr()) };
-    // SAFETY: the caller's promise. A bad struct_size leaves the struct alone; there is nothing better to do.
-    unsafe {
-        if let Ok(size) = reference(error.cast::<u32>()).map(|size| *size as usize) {
-            let _ = write_sized(error, size, value);
+pub(super) unsafe fn finish_with(error: *mut volgrad_error, result: Result<(), Fault>) -> volgrad_status {
+    if let Err(fault) = &result {
+        let value = volgrad_error { struct_size: 0, index: fault.index, field: fault.field.map_or(null(), |f| f.as_ptr()) };
+        // SAFETY: the caller's promise. A bad struct_size leaves the struct alone; there is nothing better to do.
+        unsafe {
+            if let Ok(size) = reference(error.cast::<u32>()).map(|size| *size as usize) {
+                let _ = write_sized(error, size, value);
+            }
         }
     }
+    finish(result)
 }
 
 /// A section of the caller's memory, filled value by value.
