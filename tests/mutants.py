@@ -461,8 +461,8 @@ MUTANTS = [
     Mutant(
         "gradients: the apex has the sign of the wings, as printed",
         "src/path/gradient/end.rs",
-        "apex: -self.phase",
-        "apex: self.phase",
+        "sum.phase_apex -= self.phase",
+        "sum.phase_apex += self.phase",
         "gradients vertex",
     ),
     Mutant(
@@ -481,9 +481,9 @@ MUTANTS = [
     ),
     Mutant(
         "profiles: a BSDF's gradients by its two directions are swapped",
-        "src/path/gradient/neighbour.rs",
-        "gradients.ok_or(PathErrorKind::NoGradient.at(q))?.0",
-        "gradients.ok_or(PathErrorKind::NoGradient.at(q))?.1",
+        "src/path/gradient/end.rs",
+        ".map(|(by_camera, _)| by_camera)",
+        ".map(|(_, by_light)| by_light)",
         "gradients profile",
     ),
     # Estimators of transmittance, densities through callbacks.

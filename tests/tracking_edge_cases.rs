@@ -211,7 +211,7 @@ fn walks_end_for_numbers_that_are_none() {
             let _ = grid.moments(&stretch(vector, [0.0, 0.6, 0.8], 1.0));
             let _ = grid.moments(&stretch([0.5; 3], vector, 1.0));
             let _ = grid.invert(&stretch(vector, [0.0, 0.6, 0.8], 1.0), 0.1);
-            let _ = (grid.at(vec(vector)), grid.gradient(vec(vector)));
+            let _ = (grid.at(vec(vector)), grid.with_gradient(vec(vector)));
         }
         let _ = grid.moments(&stretch([0.5; 3], [0.0, 0.6, 0.8], bad));
     }

@@ -83,13 +83,14 @@ impl<'a> Grid<'a> {
         self.holds(low) && self.holds(high) && self.samples.is_positive_between(cell_of(low), cell_of(high))
     }
 
-    pub fn gradient(&self, x: DVec3) -> DVec3 {
+    /// ρ and ∇ρ.
+    pub fn with_gradient(&self, x: DVec3) -> (f64, DVec3) {
         let p = self.to_lattice.transform_point3(x);
         if !self.holds(p) {
-            return DVec3::ZERO;
+            return (0.0, DVec3::ZERO);
         }
         let e = self.expand(p);
-        self.gradient_to_world * DVec3::new(e.x.x, e.y.x, e.z.x)
+        (e.value.x, self.gradient_to_world * DVec3::new(e.x.x, e.y.x, e.z.x))
     }
 
     pub fn integral(&self, stretch: &Stretch) -> f64 {

@@ -45,8 +45,8 @@ impl Medium<'_> {
 
     /// ∇log σ_s = ∇ρ/ρ, away from faces; None where nothing scatters.
     pub fn log_sigma_s_gradient(&self, x: DVec3) -> Option<DVec3> {
-        let density = self.density.at(x);
-        (density > 0.0).then(|| self.density.gradient(x) / density)
+        let (density, gradient) = self.density.with_gradient(x);
+        (density > 0.0).then(|| gradient / density)
     }
 }
 
@@ -136,9 +136,17 @@ impl Density<'_> {
     /// ∇ρ, away from faces.
     pub fn gradient(&self, x: DVec3) -> DVec3 {
         match self {
-            Self::Homogeneous => DVec3::ZERO,
-            Self::Grid(grid) => grid.gradient(x),
             Self::Custom(custom) => custom.gradient(x),
+            _ => self.with_gradient(x).1,
+        }
+    }
+
+    /// ρ and ∇ρ, away from faces.
+    pub fn with_gradient(&self, x: DVec3) -> (f64, DVec3) {
+        match self {
+            Self::Homogeneous => (1.0, DVec3::ZERO),
+            Self::Grid(grid) => grid.with_gradient(x),
+            Self::Custom(custom) => (custom.at(x), custom.gradient(x)),
         }
     }
 

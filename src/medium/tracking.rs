@@ -59,7 +59,8 @@ pub struct EdgeMoments {
 impl EdgeMoments {
     /// ∇τ with respect to the far end of a finite edge.
     pub fn far_gradient(&self, direction: DVec3, length: f64) -> [DVec3; 3] {
-        core::array::from_fn(|c| (direction * self.optical_depth[c] + self.first_moment[c]) / length)
+        let per_length = 1.0 / length;
+        core::array::from_fn(|c| (direction * self.optical_depth[c] + self.first_moment[c]) * per_length)
     }
 
     /// ∇τ with respect to the near end; an infinite edge keeps its direction.

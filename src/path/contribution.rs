@@ -6,9 +6,10 @@
 //!
 //! With specular vertices f is meant without their delta factors, in (direction, distance) measure along the chain.
 
-use super::{Node, Path, PathError, PathErrorKind};
+use super::joint::{Joint, Leg};
+use super::{Node, Path, PathError};
 use crate::math::{Colour, DVec3, transmittance};
-use crate::medium::optical_depth;
+use crate::medium::{Line, optical_depth};
 use crate::scene::Scene;
 
 /// The factors of f that belong to vertex i and to the edge from it to vertex i + 1.
@@ -30,80 +31,77 @@ impl Factors {
 
 /// f in linear RGB. Long paths can exceed the range of a double: infinite then.
 pub fn contribution(scene: &Scene, path: &Path) -> Result<Colour, PathError> {
-    (0..path.vertices.len()).try_fold(Colour::ONE, |f, i| Ok(f * factors(scene, path, i)?.product()))
+    let mut f = Colour::ONE;
+    for_each_vertex(scene, path, |factors, edge| {
+        f *= factors.product() * edge.map_or(Colour::ONE, |edge| transmittance(optical_depth(edge)));
+    })?;
+    Ok(f)
 }
 
 /// The factors at vertex `i`.
 pub fn factors(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathError> {
-    let factors = in_vacuum(scene, path, i)?;
+    let here = Joint::new(scene, path, i)?;
+    let back = if i > 0 { -Joint::new(scene, path, i - 1)?.leg_to(&here, i - 1)?.direction } else { DVec3::ZERO };
     if i + 1 == path.vertices.len() {
-        return Ok(factors);
+        return Ok(Factors { vertex: vertex_factor(&here, back, DVec3::ZERO), geometry: 1.0, transmittance: Colour::ONE });
     }
-    Ok(Factors { transmittance: transmittance(optical_depth(&path.edge(scene, i)?)), ..factors })
+    let next = Joint::new(scene, path, i + 1)?;
+    let leg = here.leg_to(&next, i)?;
+    Ok(Factors {
+        vertex: vertex_factor(&here, back, leg.direction),
+        geometry: geometry(&here, &next, &leg),
+        transmittance: transmittance(optical_depth(&here.line(scene, path, i, &leg)?)),
+    })
 }
 
-/// The factors at vertex `i` but for transmittance, which costs the most.
-pub(super) fn in_vacuum(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathError> {
-    let vertex = vertex_factor(scene, path, i)?;
-    let geometry = if i + 1 == path.vertices.len() { 1.0 } else { geometry(scene, path, i)? };
-    Ok(Factors { vertex, geometry, transmittance: Colour::ONE })
-}
-
-/// Unit vector from vertex i to a neighbour of it.
-pub(super) fn towards(path: &Path, scene: &Scene, i: usize, neighbour: usize) -> Result<DVec3, PathError> {
-    let to = path.position(scene, neighbour)?;
-    if path.is_direction(scene, neighbour)? {
-        return Ok(to);
+/// Calls `each` with every vertex's factors but for transmittance, which costs the most, and the edge onwards from it.
+pub(super) fn for_each_vertex(
+    scene: &Scene,
+    path: &Path,
+    mut each: impl FnMut(Factors, Option<&Line>),
+) -> Result<(), PathError> {
+    let last = path.vertices.len().saturating_sub(1);
+    let (mut here, mut back) = (Joint::new(scene, path, 0)?, DVec3::ZERO);
+    for i in 0..last {
+        let next = Joint::new(scene, path, i + 1)?;
+        let leg = here.leg_to(&next, i)?;
+        let vertex = vertex_factor(&here, back, leg.direction);
+        let factors = Factors { vertex, geometry: geometry(&here, &next, &leg), transmittance: Colour::ONE };
+        each(factors, Some(&here.line(scene, path, i, &leg)?));
+        (here, back) = (next, -leg.direction);
     }
-    let v = to - path.position(scene, i)?;
-    v.try_normalize().ok_or(PathErrorKind::ZeroLength.at(i))
+    each(Factors { vertex: vertex_factor(&here, back, DVec3::ZERO), geometry: 1.0, transmittance: Colour::ONE }, None);
+    Ok(())
 }
 
-/// Unit vector along which light travels from the light at vertex `i` to the vertex before it.
-fn emission_direction(scene: &Scene, path: &Path, i: usize) -> Result<DVec3, PathError> {
-    if path.node(scene, i)?.is_direction() { Ok(-path.position(scene, i)?) } else { towards(path, scene, i, i - 1) }
-}
-
-fn vertex_factor(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathError> {
-    let vertex = path.vertex(i)?;
-    let normal = vertex.normal.wide();
-    match path.node(scene, i)? {
+/// Given unit vectors to both neighbours. The one that is missing at an end of the path is not looked at.
+fn vertex_factor(here: &Joint, to_camera: DVec3, to_light: DVec3) -> Colour {
+    match here.node {
         Node::Camera(camera) => {
-            let cosine = camera.forward.dot(towards(path, scene, i, i + 1)?);
+            let cosine = camera.forward.dot(to_light);
             let seen = cosine > 0.0;
-            Ok(Colour::splat(if seen { camera.importance(cosine) } else { 0.0 }))
+            Colour::splat(if seen { camera.importance(cosine) } else { 0.0 })
         }
-        Node::Medium(medium) => {
-            let c = towards(path, scene, i, i - 1)?.dot(towards(path, scene, i, i + 1)?);
-            Ok(medium.sigma_s(vertex.position.wide()) * medium.phase.eval(c))
-        }
-        Node::Surface(bsdf) => {
-            let (to_camera, to_light) = (towards(path, scene, i, i - 1)?, towards(path, scene, i, i + 1)?);
-            Ok(bsdf.eval_or_weight(normal, to_camera, to_light))
-        }
+        Node::Medium(medium) => medium.sigma_s(here.position) * medium.phase.eval(to_camera.dot(to_light)),
+        Node::Surface(bsdf) => bsdf.eval_or_weight(here.normal, to_camera, to_light),
         Node::Light(light) => {
-            let direction = emission_direction(scene, path, i)?;
-            let dark = light.area_pdf() > 0.0 && !(normal.dot(direction) > 0.0);
-            Ok(if dark { Colour::ZERO } else { light.emission(direction) })
+            let dark = light.area_pdf() > 0.0 && !(here.normal.dot(to_camera) > 0.0);
+            if dark { Colour::ZERO } else { light.emission(to_camera) }
         }
     }
 }
 
-/// G of the edge from vertex i to i + 1: |cos| at its surface ends, cosθ at the camera, over d². Edges to infinity have only the
-/// near cosine; so have edges at specular vertices, and only where their chain starts.
-fn geometry(scene: &Scene, path: &Path, i: usize) -> Result<f64, PathError> {
-    let (near, far) = (path.node(scene, i)?, path.node(scene, i + 1)?);
-    let (from, to) = (path.vertex(i)?, path.vertex(i + 1)?);
-    let direction = towards(path, scene, i, i + 1)?;
-    let cosine = |node: &Node, normal: DVec3| match node {
-        Node::Camera(camera) => camera.forward.dot(direction).abs(),
-        node if node.has_cosine() => normal.dot(direction).abs(),
+/// G of an edge: |cos| at its surface ends, cosθ at the camera, over d². Edges to infinity have only the near cosine; so have edges at
+/// specular vertices, and only where their chain starts.
+fn geometry(near: &Joint, far: &Joint, leg: &Leg) -> f64 {
+    let cosine = |at: &Joint| match at.node {
+        Node::Camera(camera) => camera.forward.dot(leg.direction).abs(),
+        node if node.has_cosine() => at.normal.dot(leg.direction).abs(),
         _ => 1.0,
     };
-    let near_cosine = if near.is_specular() { 1.0 } else { cosine(&near, from.normal.wide()) };
-    if far.is_direction() || near.is_specular() || far.is_specular() {
-        return Ok(near_cosine);
+    let near_cosine = if near.node.is_specular() { 1.0 } else { cosine(near) };
+    if far.node.is_direction() || near.node.is_specular() || far.node.is_specular() {
+        return near_cosine;
     }
-    let distance_squared = (path.position(scene, i + 1)? - path.position(scene, i)?).length_squared();
-    Ok(near_cosine * cosine(&far, to.normal.wide()) / distance_squared)
+    near_cosine * cosine(far) / (leg.length * leg.length)
 }

@@ -2,6 +2,7 @@
 
 mod contribution;
 mod gradient;
+mod joint;
 mod report;
 mod vertex;
 

@@ -1,5 +1,6 @@
 //! A light path as the host hands it over, and what its parts refer to.
 
+use super::joint::Joint;
 use crate::math::{DVec3, Vec3, is_unit};
 use crate::medium::{Line, Medium, NONE, Segment};
 use crate::scene::{Bsdf, Camera, Light, MAX_SEGMENTS, Scene};
@@ -107,18 +108,7 @@ impl<'a> Path<'a> {
 
     /// Where vertex `i` is: the scene's pinhole camera, or as the vertex says; for a light at infinity the direction.
     pub fn position(&self, scene: &Scene, i: usize) -> Result<DVec3, PathError> {
-        if i == 0 && scene.camera.is_pinhole() {
-            return Ok(scene.camera.position);
-        }
-        let position = self.vertex(i)?.position.wide();
-        // Phase functions with a sharp peak do not forgive what single precision lacks in length.
-        Ok(if self.is_direction(scene, i)? { position.normalize_or_zero() } else { position })
-    }
-
-    /// Whether vertex `i` is a direction instead of a point.
-    pub(super) fn is_direction(&self, scene: &Scene, i: usize) -> Result<bool, PathError> {
-        // Asked often: most vertices are no light, and need not be looked up.
-        Ok(self.vertex(i)?.kind == VERTEX_LIGHT && self.node(scene, i)?.is_direction())
+        Joint::new(scene, self, i).map(|joint| joint.position)
     }
 
     /// Looks vertex `i` up.
@@ -141,25 +131,8 @@ impl<'a> Path<'a> {
     where
         'a: 's,
     {
-        let (from, to) = (self.position(scene, i)?, self.position(scene, i + 1)?);
-        let (direction, length) = if self.is_direction(scene, i + 1)? {
-            (to, f64::INFINITY)
-        } else {
-            let length = (to - from).length();
-            ((to - from) / length, length)
-        };
-        // Written so that NaN is an error.
-        if !(length > 0.0) {
-            return Err(PathErrorKind::ZeroLength.at(i));
-        }
-        let line = Line::new(scene.media, from, direction, length, self.edge_segments(i)?);
-        if i > 0 {
-            return Ok(line);
-        }
-        // No medium before the near plane attenuates.
-        let camera = &scene.camera;
-        let start = (camera.near_clip / camera.forward.dot(direction)).max(0.0).min(length);
-        Ok(Line { start, start_normal: camera.forward, ..line })
+        let (from, to) = (Joint::new(scene, self, i)?, Joint::new(scene, self, i + 1)?);
+        from.line(scene, self, i, &from.leg_to(&to, i)?)
     }
 
     /// The media along the edge from vertex i to i + 1.

@@ -81,7 +81,8 @@ pub(super) fn group_gradients(camera: &Camera, scene: &Scene, path: &Shiftable, 
 /// ∇σ_s/σ_s.
 fn scattering(scene: &Scene, vertex: &RunVertex) -> DVec3 {
     let Some(medium) = scene.medium(vertex.place.medium()) else { return DVec3::ZERO };
-    medium.density.gradient(vertex.x) / medium.density.at(vertex.x)
+    let (density, gradient) = medium.density.with_gradient(vertex.x);
+    gradient / density
 }
 
 /// ∇log of f_p G of a link from the run's vertex `i`.

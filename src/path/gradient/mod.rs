@@ -11,10 +11,10 @@ pub(crate) use neighbour::Seen;
 pub use neighbour::{Neighbour, Wing};
 pub use specular::{LogDerivative, path_run_log_derivative};
 
-use super::contribution::in_vacuum;
+use super::contribution::for_each_vertex;
 use super::{Path, PathError, PathErrorKind};
 use crate::math::{Colour, DVec3, LUMINANCE, luminance, transmittance};
-use crate::medium::optical_depth;
+use crate::medium::{Line, optical_depth};
 use crate::scene::Scene;
 use run::{Run, Side};
 
@@ -60,7 +60,7 @@ impl LogGradient {
 }
 
 /// The gradient of a path's contribution.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Gradient {
     pub factors: LogGradient,
     /// ∇log of each channel of f: the sums of the factors.
@@ -78,29 +78,29 @@ pub fn path_log_gradient(scene: &Scene, path: &Path, i: usize) -> Result<Gradien
 pub fn path_run_log_gradient(scene: &Scene, path: &Path, first: usize, count: usize) -> Result<Gradient, PathError> {
     let run = Run::new(scene, path, first, count)?;
     for side in [Side::Previous, Side::Next] {
-        if run.is_beside_specular(scene, path, side)? {
+        if run.is_beside_specular(side) {
             return Err(PathErrorKind::NotMovable.at(run.outermost(side).0));
         }
     }
     // Before the ends: hosts are asked for derivatives only where there is light.
     let colour = relative_colour(scene, path, first)?;
-    let ends = [run.end(scene, path, Side::Previous)?, run.end(scene, path, Side::Next)?];
-    let factors = run.log_gradient(scene, path, ends)?;
-    let (rgb, luminance) = factors.of_colour(colour);
-    Ok(Gradient { factors, rgb, luminance })
+    let mut gradient = Gradient::default();
+    run.add_end(scene, path, Side::Previous, &mut gradient.factors)?;
+    run.add_end(scene, path, Side::Next, &mut gradient.factors)?;
+    run.add_inside(scene, path, &mut gradient.factors)?;
+    (gradient.rgb, gradient.luminance) = gradient.factors.of_colour(colour);
+    Ok(gradient)
 }
 
 /// f up to a positive factor, kept in range however long or dark the path. An error at vertex `i` if it is 0.
 fn relative_colour(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathError> {
     let (mut colour, mut depth) = (Colour::ONE, Colour::ZERO);
-    for j in 0..path.vertices.len() {
-        colour *= in_vacuum(scene, path, j)?.product();
+    for_each_vertex(scene, path, |factors, edge| {
+        colour *= factors.product();
         let largest = colour.max_element();
         colour = if largest > 0.0 { colour / largest } else { colour };
-        if j + 1 < path.vertices.len() {
-            depth += relative_depth(scene, path, j)?;
-        }
-    }
+        depth += edge.map_or(Colour::ZERO, relative_depth);
+    })?;
     colour *= transmittance(depth - depth.min_element());
     // Written so that NaN is an error.
     if !(luminance(colour) > 0.0) {
@@ -109,11 +109,9 @@ fn relative_colour(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathE
     Ok(colour)
 }
 
-/// τ of the edge from vertex i to i + 1 up to a number that is the same for all channels. Only a light infinitely far away can be hidden
-/// by a grey medium.
-fn relative_depth(scene: &Scene, path: &Path, i: usize) -> Result<Colour, PathError> {
-    let media = path.edge_segments(i)?.iter().filter_map(|segment| scene.media.get(segment.medium as usize));
+/// τ of an edge up to a number that is the same for all channels. Only a light infinitely far away can be hidden by a grey medium.
+fn relative_depth(edge: &Line) -> Colour {
+    let media = edge.segments.iter().filter_map(|segment| edge.media.get(segment.medium as usize));
     let grey = media.map(|medium| medium.sigma_t).all(|sigma_t| sigma_t.x == sigma_t.y && sigma_t.x == sigma_t.z);
-    let finite = !path.is_direction(scene, i + 1)?;
-    Ok(if grey && finite { Colour::ZERO } else { optical_depth(&path.edge(scene, i)?) })
+    if grey && edge.length.is_finite() { Colour::ZERO } else { optical_depth(edge) }
 }

@@ -1,10 +1,10 @@
 //! The vertices next to those that move: they stay, but G, W_e and f_p depend on how they are seen.
 
-use super::super::contribution::towards;
-use super::super::{Node, Path, PathError, PathErrorKind};
+use super::super::joint::Joint;
+use super::super::{Node, PathError, PathErrorKind};
 use crate::math::DVec3;
 use crate::phase::{Phase, cosine_gradient_wing};
-use crate::scene::{Camera, Scene};
+use crate::scene::Camera;
 
 /// A neighbour of the moving vertex, as far as the gradient depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +45,15 @@ impl Seen {
         Self { towards: (position - x) / distance, distance, normal }
     }
 
+    /// A neighbour in a path, in the unit direction `towards` from x.
+    pub fn joint(q: &Joint, towards: DVec3, distance: f64) -> Self {
+        let normal = match q.node {
+            Node::Camera(camera) => Some(camera.forward),
+            node => node.has_cosine().then_some(q.normal),
+        };
+        Self { towards, distance, normal }
+    }
+
     /// ∇log of |cos|/d²: n/(n·v) − v/d² and −2v/d², v = x − q.
     pub fn geometry_gradient(&self) -> DVec3 {
         if self.distance.is_infinite() {
@@ -81,49 +90,4 @@ impl Seen {
 /// The phase function at vertex `i`, if its derivative is known.
 pub fn known(phase: Phase, i: usize) -> Result<Phase, PathError> {
     if phase.has_derivative() { Ok(phase) } else { Err(PathErrorKind::NoGradient.at(i)) }
-}
-
-/// What a path has at a neighbour q of a moving vertex x.
-pub struct Beyond {
-    pub neighbour: Neighbour,
-    /// If q scatters in a medium.
-    pub wing: Option<Wing>,
-    /// ∂log of the BSDF or the emission at q by the unit vector from q to x, per colour channel.
-    pub profile: [DVec3; 3],
-}
-
-impl Beyond {
-    pub fn at(neighbour: Neighbour) -> Self {
-        Self { neighbour, wing: None, profile: [DVec3::ZERO; 3] }
-    }
-
-    /// The neighbour `q` of vertex `i`, which is not specular.
-    pub fn new(scene: &Scene, path: &Path, i: usize, q: usize) -> Result<Self, PathError> {
-        let normal = path.vertex(q)?.normal.wide();
-        let position = path.position(scene, q)?;
-        let node = path.node(scene, q)?;
-        let beyond = Self::at(Neighbour::Point { position, normal: node.has_cosine().then_some(normal) });
-        let to_x = || towards(path, scene, q, i);
-        // The neighbour of q that is not x.
-        let to_other = || towards(path, scene, q, if i < q { q + 1 } else { q - 1 });
-        Ok(match node {
-            Node::Camera(_) => Self::at(Neighbour::Camera),
-            node if node.is_direction() => Self::at(Neighbour::Direction(position)),
-            Node::Medium(medium) => {
-                Self { wing: Some(Wing { phase: known(medium.phase, q)?, to_other: to_other()? }), ..beyond }
-            }
-            Node::Surface(bsdf) if i < q => {
-                let gradients = bsdf.log_gradient(normal, to_x()?, to_other()?);
-                Self { profile: gradients.ok_or(PathErrorKind::NoGradient.at(q))?.0, ..beyond }
-            }
-            Node::Surface(bsdf) => {
-                let gradients = bsdf.log_gradient(normal, to_other()?, to_x()?);
-                Self { profile: gradients.ok_or(PathErrorKind::NoGradient.at(q))?.1, ..beyond }
-            }
-            Node::Light(light) => {
-                let gradient = light.log_gradient(to_x()?).ok_or(PathErrorKind::NoGradient.at(q))?;
-                Self { profile: gradient, ..beyond }
-            }
-        })
-    }
 }

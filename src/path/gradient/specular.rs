@@ -33,8 +33,7 @@ impl LogDerivative {
 /// the run, or the one before it. Valid until they reach it.
 pub fn path_run_log_derivative(scene: &Scene, path: &Path, first: usize, count: usize) -> Result<LogDerivative, PathError> {
     let run = Run::new(scene, path, first, count)?;
-    let is_specular = |side| run.is_beside_specular(scene, path, side);
-    let side = match (is_specular(Side::Previous)?, is_specular(Side::Next)?) {
+    let side = match (run.is_beside_specular(Side::Previous), run.is_beside_specular(Side::Next)) {
         (true, false) => Side::Previous,
         (false, true) => Side::Next,
         // Nowhere to move, or anywhere: that is a gradient.
@@ -42,12 +41,11 @@ pub fn path_run_log_derivative(scene: &Scene, path: &Path, first: usize, count: 
     };
     // Before the ends: hosts are asked for derivatives only where there is light.
     let colour = relative_colour(scene, path, first)?;
-    let ends = match side {
-        Side::Previous => [run.specular_end(scene, path, Side::Previous)?, run.end(scene, path, Side::Next)?],
-        Side::Next => [run.end(scene, path, Side::Previous)?, run.specular_end(scene, path, Side::Next)?],
-    };
-    let direction = run.outwards(scene, path, side)?;
-    let factors = run.log_gradient(scene, path, ends)?;
+    let mut factors = LogGradient::default();
+    run.add_specular_end(side, &mut factors)?;
+    run.add_end(scene, path, side.other(), &mut factors)?;
+    run.add_inside(scene, path, &mut factors)?;
+    let direction = run.outwards(side);
     let (_, luminance) = factors.of_colour(colour);
     Ok(LogDerivative { direction, factors, luminance: luminance.dot(direction) })
 }
