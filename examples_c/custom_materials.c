@@ -1,4 +1,4 @@
-/* A scene in which the host computes everything that light meets: a rough floor (Oren-Nayar), a ball of air (Rayleigh), a sky and a
+/* A scene in which the host computes everything that light meets: a rough floor of tiles (Oren-Nayar), a ball of air (Rayleigh), a sky and a
  * lamp with a profile. Two samplers that use the callbacks in different ways agree on it; that is the test for callbacks of your own.
  * cc -std=c99 -Iinclude examples_c/custom_materials.c libvolgrad.a -lm -lpthread -ldl -lgcc_s */
 
@@ -17,26 +17,29 @@ static void check(volgrad_status status)
     exit(EXIT_FAILURE);
 }
 
-/* The floor's BSDF in its own frame, z being the normal. M. Oren, S. Nayar, Generalization of Lambert's Reflectance Model, 1994. */
-static void paint_eval(void *user, volgrad_vec3 c, volgrad_vec3 l, volgrad_rgb *value)
+/* The floor's BSDF in its own frame, z being the normal. What the hit said of the point comes with it: here which tile it is on; it could
+ * be a triangle's number, to find a texture's coordinates with. M. Oren, S. Nayar, Generalization of Lambert's Reflectance Model, 1994. */
+static void paint_eval(void *user, const volgrad_surface_point *at, volgrad_vec3 c, volgrad_vec3 l, volgrad_rgb *value)
 {
+    static const volgrad_rgb tiles[2] = { { 0.8f, 0.7f, 0.6f }, { 0.2f, 0.25f, 0.3f } };
+    volgrad_rgb tile = tiles[at->user & 1];
     const float *sigma = user, s2 = *sigma * *sigma;
     float sine_c = sqrtf(fmaxf(0, 1 - c.z * c.z)), sine_l = sqrtf(fmaxf(0, 1 - l.z * l.z));
     float across = fmaxf(0, c.x * l.x + c.y * l.y); /* both sines times the cosine between the azimuths */
     float slope = sine_c > 0 && sine_l > 0 ? across / fmaxf(c.z, l.z) : 0;
     float f = (1 - s2 / (2 * (s2 + 0.33f)) + 0.45f * s2 / (s2 + 0.09f) * slope) / PI;
-    *value = (volgrad_rgb){ 0.7f * f, 0.6f * f, 0.5f * f };
+    *value = (volgrad_rgb){ tile.r * f, tile.g * f, tile.b * f };
 }
 
-static float paint_pdf(void *user, volgrad_vec3 c, volgrad_vec3 l)
+static float paint_pdf(void *user, const volgrad_surface_point *at, volgrad_vec3 c, volgrad_vec3 l)
 {
-    (void)user, (void)c;
+    (void)user, (void)at, (void)c;
     return l.z / PI;
 }
 
-static int32_t paint_sample(void *user, volgrad_vec3 c, const double *u, volgrad_vec3 *l, float *eta_squared)
+static int32_t paint_sample(void *user, const volgrad_surface_point *at, volgrad_vec3 c, const double *u, volgrad_vec3 *l, float *eta_squared)
 {
-    (void)user, (void)c, (void)eta_squared; /* nothing is refracted */
+    (void)user, (void)at, (void)c, (void)eta_squared; /* nothing is refracted */
     float r = sqrtf((float)u[0]), angle = 2 * PI * (float)u[1];
     *l = (volgrad_vec3){ r * cosf(angle), r * sinf(angle), sqrtf(1 - (float)u[0]) };
     return 1;
@@ -105,6 +108,7 @@ static int32_t look(void *user, const volgrad_ray *rays, volgrad_hit *hits, uint
         if (t > 0 && t >= rays[i].t_min && t < end && x * x + z * z < 16) {
             hit->kind = VOLGRAD_HIT_SURFACE;
             hit->t = end = t;
+            hit->user = (uint64_t)((int)floorf(2 * x) + (int)floorf(2 * z)) & 1;
         }
         float b = o.x * d.x + (o.y - 1) * d.y + o.z * d.z, c = o.x * o.x + (o.y - 1) * (o.y - 1) + o.z * o.z - 1;
         float root = b * b - c > 0 ? sqrtf(b * b - c) : 0, ends[3] = { fminf(-b - root, end), fminf(-b + root, end), end };

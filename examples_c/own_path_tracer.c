@@ -175,7 +175,7 @@ static vec add(path *p, uint32_t kind, uint32_t index, vec d, double length)
     volgrad_vertex *from = &p->vertices[p->edges], *to = from + 1;
     vec o = wide(from->position), x = kind == VOLGRAD_VERTEX_LIGHT ? d : at(o, length, d);
     uint32_t begin = p->edges == 0 ? 0 : p->edge_ends[p->edges - 1];
-    *to = (volgrad_vertex){kind, index, narrow(x), {0, 1, 0}, {0, 1, 0}};
+    *to = (volgrad_vertex){.kind = kind, .index = index, .position = narrow(x), .normal = {0, 1, 0}, .shading_normal = {0, 1, 0}};
     if (kind == VOLGRAD_VERTEX_SURFACE) to->position.y = 0;
     p->edge_ends[p->edges++] = begin + media(o, d, length, from->kind == VOLGRAD_VERTEX_MEDIUM, kind == VOLGRAD_VERTEX_MEDIUM,
                                              p->segments + begin);

@@ -47,6 +47,11 @@
 // `volgrad_custom_bsdf.flags`: light passes to the other side.
 #define VOLGRAD_BSDF_TRANSMITS 1
 
+// `volgrad_custom_bsdf.flags`: f_r is the same for all pairs of directions on the side of the normal, and 0 otherwise, like that of a diffuse
+// surface with a texture. Only `eval` is called then, with the normal for both directions; the other functions may be NULL. Shifted paths
+// connect to such surfaces, and to no other custom ones.
+#define VOLGRAD_BSDF_LAMBERTIAN 2
+
 // Paths whose first vertex after the camera is in a medium.
 #define VOLGRAD_FIRST_VERTEX_MEDIUM 1
 
@@ -128,7 +133,7 @@
 #define VOLGRAD_TRANSMITTANCE_RAY_MARCHING 2
 
 // Version of the structs and functions below; `volgrad_abi_version()` returns the library's.
-#define VOLGRAD_ABI_VERSION 1
+#define VOLGRAD_ABI_VERSION 2
 
 // "None" wherever an index is expected: no medium (vacuum), no light.
 #define VOLGRAD_NONE UINT32_C(4294967295)
@@ -372,6 +377,9 @@ typedef struct volgrad_hit {
   // Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
   // Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
   uint32_t segment_count;
+  // Anything that says where on which surface this is: custom BSDFs get it back (`volgrad_surface_point`), and paths that are handed out
+  // have it in their vertices. Not looked at otherwise.
+  uint64_t user;
   // Distance to the surface, world units, > 0.
   float t;
   // Geometric unit normal, as the surface is oriented (not flipped towards the ray).
@@ -542,6 +550,8 @@ typedef struct volgrad_vertex {
   uint32_t kind;
   // Index into the scene's media, materials or lights, by kind. Unused for the camera.
   uint32_t index;
+  // Of a surface: what custom BSDFs get back (`volgrad_hit.user`). Unused otherwise.
+  uint64_t user;
   // World position; for an environment or directional light the unit direction towards it. For a thin lens
   // camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
   struct volgrad_vec3 position;
@@ -808,17 +818,38 @@ typedef struct volgrad_medium {
   const void *custom;
 } volgrad_medium;
 
-// Computes f_r, 1/sr, per channel, without the cosine: of light that comes from the direction `to_light` and goes to `to_camera`.
+// A point of a surface, as the functions of a `volgrad_custom_bsdf` see it.
+typedef struct volgrad_surface_point {
+  // `volgrad_hit.user` of the hit, or `volgrad_vertex.user` of the path's vertex, that led here.
+  uint64_t user;
+  // World position. The modes LINEAR_DEPTH and TWO_LEVEL also ask near the surface that `user` is of, in its tangent plane.
+  struct volgrad_vec3 position;
+  // The frame in which directions are given, as unit vectors in the world. `z` is the surface's normal, turned to the side of `to_camera` if
+  // the material is `VOLGRAD_MATERIAL_TWO_SIDED`. `x` and `y` are the same for equal normals.
+  struct volgrad_vec3 x;
+  struct volgrad_vec3 y;
+  struct volgrad_vec3 z;
+} volgrad_surface_point;
+
+// Computes f_r, 1/sr, per channel, without the cosine: of light that comes from the direction `to_light` and goes to `to_camera`, at a point.
 // `*value` comes as 0. f_r is the same with the two exchanged, except that refraction scales it: see `volgrad_custom_bsdf`.
-typedef void (*volgrad_bsdf_eval_fn)(void *user, struct volgrad_vec3 to_camera, struct volgrad_vec3 to_light, struct volgrad_rgb *value);
+typedef void (*volgrad_bsdf_eval_fn)(void *user,
+                                     const struct volgrad_surface_point *at,
+                                     struct volgrad_vec3 to_camera,
+                                     struct volgrad_vec3 to_light,
+                                     struct volgrad_rgb *value);
 
 // Returns the density, 1/sr, with which the sample function makes `to_light`: positive wherever f_r is, and exact, or images are biased.
-typedef float (*volgrad_bsdf_pdf_fn)(void *user, struct volgrad_vec3 to_camera, struct volgrad_vec3 to_light);
+typedef float (*volgrad_bsdf_pdf_fn)(void *user,
+                                     const struct volgrad_surface_point *at,
+                                     struct volgrad_vec3 to_camera,
+                                     struct volgrad_vec3 to_light);
 
 // Makes a direction `*to_light` of unit length from three uniform numbers `u[3]` in (0, 1), and nothing else: the same numbers make the
 // same direction. `*eta_squared` comes as 1; if the direction is a refracted one, it becomes the square of (index of refraction on its
 // side over that on the side of `to_camera`). Returns 1, or 0 if nothing is scattered.
 typedef int32_t (*volgrad_bsdf_sample_fn)(void *user,
+                                          const struct volgrad_surface_point *at,
                                           struct volgrad_vec3 to_camera,
                                           const double *u,
                                           struct volgrad_vec3 *to_light,
@@ -827,16 +858,16 @@ typedef int32_t (*volgrad_bsdf_sample_fn)(void *user,
 // Computes the derivatives of log f_r by the components of `to_camera` and of `to_light`, per channel: `by_camera[3]`, `by_light[3]`, which
 // come as 0. Parts along the directions themselves do not matter. Called where f_r > 0.
 typedef void (*volgrad_bsdf_gradient_fn)(void *user,
+                                         const struct volgrad_surface_point *at,
                                          struct volgrad_vec3 to_camera,
                                          struct volgrad_vec3 to_light,
                                          struct volgrad_vec3 *by_camera,
                                          struct volgrad_vec3 *by_light);
 
-// A BSDF that the host computes (`VOLGRAD_MATERIAL_CUSTOM`). Directions are unit vectors away from the surface, in its own frame: z is its
-// normal; x and y are some axes across it that are the same for equal normals, so the BSDF must be isotropic. Both have z > 0, unless it
-// transmits; turned to the other side if the material is `VOLGRAD_MATERIAL_TWO_SIDED`.
+// A BSDF that the host computes (`VOLGRAD_MATERIAL_CUSTOM`). Directions are unit vectors away from the surface, in the point's frame
+// (`volgrad_surface_point`). Both have z > 0, unless it transmits.
 //
-// It is a function of the directions alone, and not specular. Where light is refracted, f_r is that of radiance: smaller by
+// It is a function of the point and the directions alone, and not specular. Where light is refracted, f_r is that of radiance: smaller by
 // eta_squared on the way in, f_r(a, b)/f_r(b, a) = (index of refraction on b's side over that on a's)^-2.
 //
 // The functions must not throw or longjmp; they are called by all threads that use the scene, several at a time; the same arguments
@@ -844,7 +875,7 @@ typedef void (*volgrad_bsdf_gradient_fn)(void *user,
 typedef struct volgrad_custom_bsdf {
   // `sizeof(volgrad_custom_bsdf)` of the caller.
   uint32_t struct_size;
-  // `VOLGRAD_BSDF_TRANSMITS` or 0. A material that transmits is not `VOLGRAD_MATERIAL_TWO_SIDED`.
+  // `VOLGRAD_BSDF_TRANSMITS`, `VOLGRAD_BSDF_LAMBERTIAN` or 0. A material that transmits is not `VOLGRAD_MATERIAL_TWO_SIDED`.
   uint32_t flags;
   // Passed back as the functions' first argument. Must outlive the scene.
   void *user;

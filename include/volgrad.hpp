@@ -360,36 +360,54 @@ template <class Density> class custom_density : public detail::table_of<volgrad_
 };
 
 /* A BSDF, for volgrad_material.custom; `flags` are C's. The object has
- *     volgrad_rgb eval(volgrad_vec3 to_camera, volgrad_vec3 to_light)
- *     float pdf(volgrad_vec3 to_camera, volgrad_vec3 to_light)
- *     bool sample(volgrad_vec3 to_camera, const double *u, volgrad_vec3 &to_light, float &eta_squared)
+ *     volgrad_rgb eval(const volgrad_surface_point &at, volgrad_vec3 to_camera, volgrad_vec3 to_light)
+ *     float pdf(const volgrad_surface_point &at, volgrad_vec3 to_camera, volgrad_vec3 to_light)
+ *     bool sample(const volgrad_surface_point &at, volgrad_vec3 to_camera, const double *u, volgrad_vec3 &to_light, float &eta_squared)
  * and, if it can,
- *     void log_gradient(volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_vec3 *by_camera, volgrad_vec3 *by_light) */
+ *     void log_gradient(const volgrad_surface_point &at, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_vec3 *by_camera,
+ *                       volgrad_vec3 *by_light)
+ * A diffuse one with a texture is a custom_texture. */
 template <class Bsdf> class custom_bsdf : public detail::table_of<volgrad_custom_bsdf, Bsdf> {
   public:
-    explicit custom_bsdf(Bsdf object, std::uint32_t flags = 0) : detail::table_of<volgrad_custom_bsdf, Bsdf>(std::move(object)) {
+    explicit custom_bsdf(Bsdf bsdf, std::uint32_t flags = 0) : detail::table_of<volgrad_custom_bsdf, Bsdf>(std::move(bsdf)) {
         volgrad_custom_bsdf &c = this->c_;
         c.flags = flags;
-        c.eval = [](void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_rgb *value) {
-            *value = detail::guarded([&] { return at(user).eval(to_camera, to_light); }, detail::no_colour);
+        c.eval = [](void *user, const volgrad_surface_point *at, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_rgb *value) {
+            *value = detail::guarded([&] { return object(user).eval(*at, to_camera, to_light); }, detail::no_colour);
         };
-        c.pdf = [](void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light) -> float {
-            return detail::guarded([&] { return at(user).pdf(to_camera, to_light); }, detail::no_number);
+        c.pdf = [](void *user, const volgrad_surface_point *at, volgrad_vec3 to_camera, volgrad_vec3 to_light) -> float {
+            return detail::guarded([&] { return object(user).pdf(*at, to_camera, to_light); }, detail::no_number);
         };
-        c.sample = [](void *user, volgrad_vec3 to_camera, const double *u, volgrad_vec3 *to_light, float *eta_squared) -> std::int32_t {
-            return detail::guarded([&] { return bool(at(user).sample(to_camera, u, *to_light, *eta_squared)); },
+        c.sample = [](void *user, const volgrad_surface_point *at, volgrad_vec3 to_camera, const double *u, volgrad_vec3 *to_light,
+                      float *eta_squared) -> std::int32_t {
+            return detail::guarded([&] { return bool(object(user).sample(*at, to_camera, u, *to_light, *eta_squared)); },
                                    [&] { return *to_light = detail::no_vector(), true; });
         };
         set_gradient<Bsdf>(c, 0);
     }
 
   private:
-    static const Bsdf &at(const void *user) { return *static_cast<const Bsdf *>(user); }
+    static const Bsdf &object(const void *user) { return *static_cast<const Bsdf *>(user); }
     template <class T> static void set_gradient(volgrad_custom_bsdf &, ...) {}
     template <class T> static auto set_gradient(volgrad_custom_bsdf &c, int) -> decltype(void(&T::log_gradient)) {
-        c.log_gradient = [](void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_vec3 *by_camera, volgrad_vec3 *by_light) {
-            detail::guarded([&] { at(user).log_gradient(to_camera, to_light, by_camera, by_light); },
+        c.log_gradient = [](void *user, const volgrad_surface_point *at, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_vec3 *by_camera,
+                            volgrad_vec3 *by_light) {
+            detail::guarded([&] { object(user).log_gradient(*at, to_camera, to_light, by_camera, by_light); },
                             [&] { by_camera[0] = detail::no_vector(); });
+        };
+    }
+};
+
+/* A diffuse surface with a texture, for volgrad_material.custom. The object has
+ *     volgrad_rgb reflectance(const volgrad_surface_point &at) */
+template <class Texture> class custom_texture : public detail::table_of<volgrad_custom_bsdf, Texture> {
+  public:
+    explicit custom_texture(Texture object) : detail::table_of<volgrad_custom_bsdf, Texture>(std::move(object)) {
+        this->c_.flags = VOLGRAD_BSDF_LAMBERTIAN;
+        this->c_.eval = [](void *user, const volgrad_surface_point *at, volgrad_vec3, volgrad_vec3, volgrad_rgb *value) {
+            const float per_steradian = 0.318309886f;
+            *value = detail::guarded([&] { return static_cast<const Texture *>(user)->reflectance(*at); }, detail::no_colour);
+            value->r *= per_steradian, value->g *= per_steradian, value->b *= per_steradian;
         };
     }
 };

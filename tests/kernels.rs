@@ -228,7 +228,7 @@ fn flat_wall() -> (World, Shiftable) {
         rectangle([-100.0, -100.0, distance], [0.0, 200.0, 0.0], [200.0, 0.0, 0.0]),
         Bsdf::Diffuse { albedo: Colour::splat(0.5) },
     );
-    let place = Place::Surface { material: world.materials.len() as u32 - 1, normal: -DVec3::Z, medium: 0 };
+    let place = Place::Surface { material: world.materials.len() as u32 - 1, normal: -DVec3::Z, medium: 0, user: 0 };
     let link = Link { next: Next::Direction(DVec3::new(0.0, 0.6, -0.8)), depth: Depth::default() };
     let mut path = Shiftable::new(path.image, RunVertex { place, ..*path.first() });
     path.leave(Exit { from: 0, link, wing: None, rest: Colour::ONE });

@@ -34,6 +34,35 @@ MUTANTS = [
         "/ chains",
         "metropolis each_length_counts_right",
     ),
+    # What hosts say about points of surfaces.
+    Mutant(
+        "surfaces that a batch's members see forget what their hits said",
+        "src/shift/run.rs",
+        "Some(Self::Surface { material: hit.material, normal, medium, user: hit.user })",
+        "Some(Self::Surface { material: hit.material, normal, medium, user: 0 })",
+        "custom points_are_on_their_surfaces",
+    ),
+    Mutant(
+        "vertices of subpaths forget what their hits said",
+        "src/sampler/bidirectional/subpath.rs",
+        "(hit.unit_normal(), hit.user)",
+        "(hit.unit_normal(), 0)",
+        "custom points_are_on_their_surfaces",
+    ),
+    Mutant(
+        "a batch's members all see the texture where the path's own vertex is",
+        "src/shift/run.rs",
+        "self.a * self.place.scattering(scene, self.vertex(path, i), ",
+        "self.a * self.place.scattering(scene, path.first().x, ",
+        "custom a_texture_renders_as_pieces_do",
+    ),
+    Mutant(
+        "grids: cells on the far side of a box's low faces",
+        "src/medium/walk.rs",
+        "sample.min(self.size[axis] - 1).max(0) as usize",
+        "sample.min(self.size[axis] - 1) as usize",
+        "tracking_edge_cases walks_end_in_boxes_of_no_volume",
+    ),
     # Layers.
     Mutant(
         "paths that begin on a mirror are in the layer of surfaces that scatter",
@@ -163,8 +192,8 @@ MUTANTS = [
     Mutant(
         "a shifted surface without its cosine",
         "src/shift/run.rs",
-        "bsdf.eval(normal, to_previous, to_next) * normal.dot(to_next).abs())",
-        "bsdf.eval(normal, to_previous, to_next))",
+        "bsdf.eval(&at, to_previous, to_next) * normal.dot(to_next).abs())",
+        "bsdf.eval(&at, to_previous, to_next))",
         "unbiased exact_disk_beside_specular_surfaces",
     ),
     Mutant(
@@ -309,7 +338,7 @@ MUTANTS = [
     Mutant(
         "chains: no media behind the first surface",
         "src/shift/chain.rs",
-        "let medium = hit.medium_beyond(bounce.direction.dot(normal) > 0.0);",
+        "let medium = hit.medium_beyond(bounce.direction.dot(at.normal) > 0.0);",
         "let medium = NONE;",
         "unbiased exact_disk_beside_specular_surfaces",
     ),
@@ -547,7 +576,7 @@ MUTANTS = [
     Mutant(
         "a custom BSDF's gradients stay in its own frame",
         "src/scene/bsdf/custom.rs",
-        "if g.is_finite() { frame * g }",
+        "if g.is_finite() { at.axes * g }",
         "if g.is_finite() { g }",
         "custom bsdf::gradients_need",
     ),

@@ -14,12 +14,12 @@ use reference::{
     medium::Medium as ReferenceMedium,
     optical_depth::optical_depth_in_medium,
     optical_depth_gradient::optical_depth_gradients_in_medium,
-    random::generator,
+    random::{generator, random_vector, uniform},
     scenes::{random_grid, sheared},
     segments::Edge,
     vector::*,
 };
-use volgrad::math::Colour;
+use volgrad::math::{Colour, DAffine3, DMat3, DVec3};
 use volgrad::medium::{self, Density, Flight, Inversion, Line, Medium, Moments, Stretch, distance_number, sample_distance};
 
 /// Both sides compute the same in another order.
@@ -214,5 +214,21 @@ fn walks_end_for_numbers_that_are_none() {
             let _ = (grid.at(vec(vector)), grid.with_gradient(vec(vector)));
         }
         let _ = grid.moments(&stretch([0.5; 3], [0.0, 0.6, 0.8], bad));
+    }
+}
+
+/// A box that is next to nothing in one direction: rounding puts the line's cells anywhere.
+#[test]
+fn walks_end_in_boxes_of_no_volume() {
+    let samples = vec![1.0; 125];
+    let mut rng = generator(3);
+    for _ in 0..20000 {
+        let thickness = 10.0_f64.powf(uniform(&mut rng, -18.0, -9.0));
+        let [x, y, offset, origin] = [0; 4].map(|_| vec(random_vector(&mut rng, -1.0, 1.0)));
+        let matrix3 = DMat3::from_cols(x, y, x + thickness * offset);
+        let grid = medium::Grid::new(&samples, [5; 3], DAffine3 { matrix3, translation: DVec3::splat(0.5) }, &[]);
+        let grid = grid.expect("the counts fit");
+        let _ = grid.moments(&stretch(origin.to_array(), [0.0, 0.6, 0.8], 3.0));
+        let _ = grid.moments(&stretch([0.5; 3], (x + y).normalize().to_array(), 3.0));
     }
 }

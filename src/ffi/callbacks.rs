@@ -75,31 +75,67 @@ pub struct volgrad_custom_density {
 /// `volgrad_custom_bsdf.flags`: light passes to the other side.
 pub const VOLGRAD_BSDF_TRANSMITS: u32 = 1;
 
-/// Computes f_r, 1/sr, per channel, without the cosine: of light that comes from the direction `to_light` and goes to `to_camera`.
+/// `volgrad_custom_bsdf.flags`: f_r is the same for all pairs of directions on the side of the normal, and 0 otherwise, like that of a diffuse
+/// surface with a texture. Only `eval` is called then, with the normal for both directions; the other functions may be NULL. Shifted paths
+/// connect to such surfaces, and to no other custom ones.
+pub const VOLGRAD_BSDF_LAMBERTIAN: u32 = 2;
+
+/// A point of a surface, as the functions of a `volgrad_custom_bsdf` see it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct volgrad_surface_point {
+    /// `volgrad_hit.user` of the hit, or `volgrad_vertex.user` of the path's vertex, that led here.
+    pub user: u64,
+    /// World position. The modes LINEAR_DEPTH and TWO_LEVEL also ask near the surface that `user` is of, in its tangent plane.
+    pub position: Vec3,
+    /// The frame in which directions are given, as unit vectors in the world. `z` is the surface's normal, turned to the side of `to_camera` if
+    /// the material is `VOLGRAD_MATERIAL_TWO_SIDED`. `x` and `y` are the same for equal normals.
+    pub x: Vec3,
+    pub y: Vec3,
+    pub z: Vec3,
+}
+
+/// Computes f_r, 1/sr, per channel, without the cosine: of light that comes from the direction `to_light` and goes to `to_camera`, at a point.
 /// `*value` comes as 0. f_r is the same with the two exchanged, except that refraction scales it: see `volgrad_custom_bsdf`.
-pub type volgrad_bsdf_eval_fn =
-    Option<unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, to_light: Vec3, value: *mut Rgb)>;
+pub type volgrad_bsdf_eval_fn = Option<
+    unsafe extern "C" fn(user: *mut c_void, at: *const volgrad_surface_point, to_camera: Vec3, to_light: Vec3, value: *mut Rgb),
+>;
 
 /// Returns the density, 1/sr, with which the sample function makes `to_light`: positive wherever f_r is, and exact, or images are biased.
-pub type volgrad_bsdf_pdf_fn = Option<unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, to_light: Vec3) -> f32>;
+pub type volgrad_bsdf_pdf_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, at: *const volgrad_surface_point, to_camera: Vec3, to_light: Vec3) -> f32>;
 
 /// Makes a direction `*to_light` of unit length from three uniform numbers `u[3]` in (0, 1), and nothing else: the same numbers make the
 /// same direction. `*eta_squared` comes as 1; if the direction is a refracted one, it becomes the square of (index of refraction on its
 /// side over that on the side of `to_camera`). Returns 1, or 0 if nothing is scattered.
 pub type volgrad_bsdf_sample_fn = Option<
-    unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, u: *const f64, to_light: *mut Vec3, eta_squared: *mut f32) -> i32,
+    unsafe extern "C" fn(
+        user: *mut c_void,
+        at: *const volgrad_surface_point,
+        to_camera: Vec3,
+        u: *const f64,
+        to_light: *mut Vec3,
+        eta_squared: *mut f32,
+    ) -> i32,
 >;
 
 /// Computes the derivatives of log f_r by the components of `to_camera` and of `to_light`, per channel: `by_camera[3]`, `by_light[3]`, which
 /// come as 0. Parts along the directions themselves do not matter. Called where f_r > 0.
-pub type volgrad_bsdf_gradient_fn =
-    Option<unsafe extern "C" fn(user: *mut c_void, to_camera: Vec3, to_light: Vec3, by_camera: *mut Vec3, by_light: *mut Vec3)>;
+pub type volgrad_bsdf_gradient_fn = Option<
+    unsafe extern "C" fn(
+        user: *mut c_void,
+        at: *const volgrad_surface_point,
+        to_camera: Vec3,
+        to_light: Vec3,
+        by_camera: *mut Vec3,
+        by_light: *mut Vec3,
+    ),
+>;
 
-/// A BSDF that the host computes (`VOLGRAD_MATERIAL_CUSTOM`). Directions are unit vectors away from the surface, in its own frame: z is its
-/// normal; x and y are some axes across it that are the same for equal normals, so the BSDF must be isotropic. Both have z > 0, unless it
-/// transmits; turned to the other side if the material is `VOLGRAD_MATERIAL_TWO_SIDED`.
+/// A BSDF that the host computes (`VOLGRAD_MATERIAL_CUSTOM`). Directions are unit vectors away from the surface, in the point's frame
+/// (`volgrad_surface_point`). Both have z > 0, unless it transmits.
 ///
-/// It is a function of the directions alone, and not specular. Where light is refracted, f_r is that of radiance: smaller by
+/// It is a function of the point and the directions alone, and not specular. Where light is refracted, f_r is that of radiance: smaller by
 /// eta_squared on the way in, f_r(a, b)/f_r(b, a) = (index of refraction on b's side over that on a's)^-2.
 ///
 /// The functions must not throw or longjmp; they are called by all threads that use the scene, several at a time; the same arguments
@@ -109,7 +145,7 @@ pub type volgrad_bsdf_gradient_fn =
 pub struct volgrad_custom_bsdf {
     /// `sizeof(volgrad_custom_bsdf)` of the caller.
     pub struct_size: u32,
-    /// `VOLGRAD_BSDF_TRANSMITS` or 0. A material that transmits is not `VOLGRAD_MATERIAL_TWO_SIDED`.
+    /// `VOLGRAD_BSDF_TRANSMITS`, `VOLGRAD_BSDF_LAMBERTIAN` or 0. A material that transmits is not `VOLGRAD_MATERIAL_TWO_SIDED`.
     pub flags: u32,
     /// Passed back as the functions' first argument. Must outlive the scene.
     pub user: *mut c_void,

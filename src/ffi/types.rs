@@ -11,7 +11,7 @@ use crate::scene::{Hit, Ray};
 use core::ffi::c_void;
 
 /// Version of the structs and functions below; `volgrad_abi_version()` returns the library's.
-pub const VOLGRAD_ABI_VERSION: u32 = 1;
+pub const VOLGRAD_ABI_VERSION: u32 = 2;
 
 /// "None" wherever an index is expected: no medium (vacuum), no light.
 pub const VOLGRAD_NONE: u32 = 0xFFFF_FFFF;
@@ -302,7 +302,7 @@ pub struct volgrad_queries {
 #[cfg(target_pointer_width = "64")]
 const _: () = {
     assert!(size_of::<Vec3>() == 12 && size_of::<Rgb>() == 12 && size_of::<Segment>() == 20);
-    assert!(size_of::<Vertex>() == 44 && size_of::<Ray>() == 36 && size_of::<Hit>() == 372);
+    assert!(size_of::<Vertex>() == 56 && size_of::<Ray>() == 36 && size_of::<Hit>() == 384);
     assert!(size_of::<volgrad_camera>() == 96 && size_of::<volgrad_phase>() == 8 && size_of::<volgrad_medium>() == 120);
     assert!(size_of::<volgrad_sparse_grid>() == 24);
     assert!(size_of::<volgrad_scene_desc>() == 168);

@@ -193,14 +193,16 @@ impl<'a> Samples<'a> {
         core
     }
 
-    /// The eight samples around a cell, those outside the box repeated from its border.
+    /// The eight samples around a cell, those outside the box repeated from its border. In a box of next to no volume rounding puts cells
+    /// anywhere.
     #[inline(never)]
     pub fn corners(&self, cell: [i32; 3]) -> Corners {
         if !self.blocks.is_empty() {
             return self.corners_in_block(cell.map(|c| c.max(0) as u32));
         }
-        let below = |axis: usize| (cell[axis] - 1).max(0) as usize;
-        let above = |axis: usize| cell[axis].min(self.size[axis] - 1) as usize;
+        let inside = |axis: usize, sample: i32| sample.min(self.size[axis] - 1).max(0) as usize;
+        let below = |axis: usize| inside(axis, cell[axis].saturating_sub(1));
+        let above = |axis: usize| inside(axis, cell[axis]);
         let [nx, ny, _] = self.size.map(|n| n as usize);
         let sample = |x: usize, y: usize, z: usize| self.density.get((z * ny + y) * nx + x).copied().unwrap_or(0.0);
         let pair = |y: usize, z: usize| [sample(below(0), y, z), sample(above(0), y, z)];

@@ -83,7 +83,7 @@ fn vertex_factor(here: &Joint, to_camera: DVec3, to_light: DVec3) -> Colour {
             Colour::splat(if seen { camera.importance(cosine) } else { 0.0 })
         }
         Node::Medium(medium) => medium.sigma_s(here.position) * medium.phase.eval(to_camera.dot(to_light)),
-        Node::Surface(bsdf) => bsdf.eval_or_weight(here.normal, to_camera, to_light),
+        Node::Surface(bsdf) => bsdf.eval_or_weight(&here.surface(), to_camera, to_light),
         Node::Light(light) => {
             let dark = light.area_pdf() > 0.0 && !(here.normal.dot(to_camera) > 0.0);
             if dark { Colour::ZERO } else { light.emission(to_camera) }

@@ -3,7 +3,7 @@
 use super::{Node, Path, PathError, PathErrorKind};
 use crate::math::DVec3;
 use crate::medium::Line;
-use crate::scene::Scene;
+use crate::scene::{Scene, SurfacePoint};
 
 /// A vertex, with what it is.
 #[derive(Clone, Copy)]
@@ -11,8 +11,9 @@ pub struct Joint<'s> {
     pub node: Node<'s>,
     /// Of a light at infinity the direction.
     pub position: DVec3,
-    /// Means nothing where there is no surface.
+    /// These two mean nothing where there is no surface.
     pub normal: DVec3,
+    pub user: u64,
 }
 
 /// How a vertex sees the next one: what all of an edge's factors are made of.
@@ -33,7 +34,12 @@ impl<'s> Joint<'s> {
             node if node.is_direction() => vertex.position.wide().normalize_or_zero(),
             _ => vertex.position.wide(),
         };
-        Ok(Self { node, position, normal: vertex.normal.wide() })
+        Ok(Self { node, position, normal: vertex.normal.wide(), user: vertex.user })
+    }
+
+    /// The surface's point.
+    pub fn surface(&self) -> SurfacePoint {
+        SurfacePoint { position: self.position, normal: self.normal, user: self.user }
     }
 
     /// The edge from here, vertex `i`, to the next.

@@ -18,6 +18,8 @@ pub struct Vertex {
     pub kind: u32,
     /// Index into the scene's media, materials or lights, by kind. Unused for the camera.
     pub index: u32,
+    /// Of a surface: what custom BSDFs get back (`volgrad_hit.user`). Unused otherwise.
+    pub user: u64,
     /// World position; for an environment or directional light the unit direction towards it. For a thin lens
     /// camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
     pub position: Vec3,

@@ -2,12 +2,12 @@
 
 use crate::math::{Colour, DVec2, DVec3};
 use crate::phase::Phase;
-use crate::scene::{Bsdf, BsdfSample};
+use crate::scene::{Bsdf, BsdfSample, SurfacePoint};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Scatterer<'a> {
     Medium(Phase),
-    Surface { bsdf: &'a Bsdf<'a>, normal: DVec3 },
+    Surface { bsdf: &'a Bsdf<'a>, normal: DVec3, user: u64 },
 }
 
 /// A vertex where light scatters.
@@ -24,18 +24,25 @@ impl Interaction<'_> {
         matches!(self.scatterer, Scatterer::Surface { bsdf, .. } if bsdf.is_specular())
     }
 
+    /// Its point on a surface of which this is known.
+    pub fn surface(&self, normal: DVec3, user: u64) -> SurfacePoint {
+        SurfacePoint { position: self.position, normal, user }
+    }
+
     /// f_p, or f_r·cos.
     pub fn eval(&self, to_light: DVec3) -> Colour {
         match self.scatterer {
             Scatterer::Medium(phase) => Colour::splat(phase.eval(self.to_camera.dot(to_light))),
-            Scatterer::Surface { bsdf, normal } => bsdf.eval(normal, self.to_camera, to_light) * normal.dot(to_light).abs(),
+            Scatterer::Surface { bsdf, normal, user } => {
+                bsdf.eval(&self.surface(normal, user), self.to_camera, to_light) * normal.dot(to_light).abs()
+            }
         }
     }
 
     pub fn pdf(&self, to_light: DVec3) -> f64 {
         match self.scatterer {
             Scatterer::Medium(phase) => phase.eval(self.to_camera.dot(to_light)),
-            Scatterer::Surface { bsdf, normal } => bsdf.pdf(normal, self.to_camera, to_light),
+            Scatterer::Surface { bsdf, normal, user } => bsdf.pdf(&self.surface(normal, user), self.to_camera, to_light),
         }
     }
 
@@ -47,7 +54,7 @@ impl Interaction<'_> {
                 let sample = BsdfSample { direction, weight: Colour::ONE, pdf: Some(pdf), eta_squared: 1.0 };
                 (pdf > 0.0).then_some(sample)
             }
-            Scatterer::Surface { bsdf, normal } => bsdf.sample(normal, self.to_camera, u, lobe),
+            Scatterer::Surface { bsdf, normal, user } => bsdf.sample(&self.surface(normal, user), self.to_camera, u, lobe),
         }
     }
 }

@@ -358,7 +358,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         if depth > 1 && hit.light != NONE && cosine > 0.0 {
             self.meet(depth, hit.light, cosine / (length * length), probability);
         }
-        let scatterer = Scatterer::Surface { bsdf, normal };
+        let scatterer = Scatterer::Surface { bsdf, normal, user: self.hit.user };
         let interaction = Interaction { position, to_camera: -self.direction, scatterer };
         Some(Vertex { interaction, epsilon: surface_epsilon(position, length) })
     }
@@ -409,8 +409,9 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         let weight = sample.weight / survival;
         self.throughput *= weight;
         match (&vertex.interaction.scatterer, sample.pdf) {
-            (Scatterer::Surface { bsdf, normal }, None) => {
-                let bounce = Bounce::new(bsdf, *normal, vertex.interaction.to_camera, sample.direction);
+            (Scatterer::Surface { bsdf, normal, user }, None) => {
+                let at = vertex.interaction.surface(*normal, *user);
+                let bounce = Bounce::new(bsdf, &at, vertex.interaction.to_camera, sample.direction);
                 self.record.bounced(&bounce, weight);
             }
             _ => self.record.end_chain(),

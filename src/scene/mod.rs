@@ -6,7 +6,10 @@ mod light;
 mod query;
 mod view;
 
-pub use bsdf::{Bsdf, BsdfFunction, BsdfSample, Conductor, CustomBsdf, Ggx, Reflector, RoughConductor, RoughDielectric};
+pub use bsdf::{
+    Bsdf, BsdfFunction, BsdfSample, Conductor, CustomBsdf, Ggx, Reflector, RoughConductor, RoughDielectric, SurfaceFrame,
+    SurfacePoint,
+};
 pub use camera::{Camera, CameraRay, ImagePoint};
 pub use light::{
     CustomProfile, CustomSky, EnvironmentMap, Falloff, GUIDE_SIDE, Guide, Light, LightSample, Lights, ProfileFunction,

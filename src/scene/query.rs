@@ -1,6 +1,6 @@
 //! How the core asks the host about geometry: rays in batches, answered with the surface and the media on the way.
 
-use super::Scene;
+use super::{Scene, SurfacePoint};
 use crate::math::{DVec3, Vec3};
 use crate::medium::{NONE, Segment};
 
@@ -42,6 +42,9 @@ pub struct Hit {
     /// Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
     /// Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
     pub segment_count: u32,
+    /// Anything that says where on which surface this is: custom BSDFs get it back (`volgrad_surface_point`), and paths that are handed out
+    /// have it in their vertices. Not looked at otherwise.
+    pub user: u64,
     /// Distance to the surface, world units, > 0.
     pub t: f32,
     /// Geometric unit normal, as the surface is oriented (not flipped towards the ray).
@@ -71,6 +74,7 @@ impl Hit {
         material: NONE,
         light: NONE,
         segment_count: 0,
+        user: 0,
         t: 0.0,
         normal: ZERO,
         shading_normal: ZERO,
@@ -127,6 +131,11 @@ impl Hit {
             KEEP_MEDIUM => self.media().last().map_or(NONE, |segment| segment.medium),
             medium => medium,
         }
+    }
+
+    /// The surface's point, at this position.
+    pub fn at(&self, position: DVec3) -> SurfacePoint {
+        SurfacePoint { position, normal: self.unit_normal(), user: self.user }
     }
 
     /// The normal with what single precision lacks in length mended.

@@ -8,7 +8,7 @@ use super::evaluate::{CHUNK, Evaluation, ray};
 use super::place::Member;
 use crate::math::{Colour, DVec2, DVec3, luminance, transmittance};
 use crate::medium::{Line, NONE, optical_depth_or_dark};
-use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, Queries, Ray, Scene, Stop, surface_epsilon};
+use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, Queries, Ray, Scene, Stop, SurfacePoint, surface_epsilon};
 
 /// Most specular surfaces in a row.
 pub const MAX_CHAIN: usize = 8;
@@ -38,17 +38,17 @@ pub struct Bounce {
 
 impl Bounce {
     /// What the sampled path did.
-    pub fn new(bsdf: &Bsdf, normal: DVec3, to_camera: DVec3, direction: DVec3) -> Self {
-        let transmitted = normal.dot(to_camera) * normal.dot(direction) < 0.0;
-        Self { direction, value: bsdf.eval_or_weight(normal, to_camera, direction), transmitted }
+    pub fn new(bsdf: &Bsdf, at: &SurfacePoint, to_camera: DVec3, direction: DVec3) -> Self {
+        let transmitted = at.normal.dot(to_camera) * at.normal.dot(direction) < 0.0;
+        Self { direction, value: bsdf.eval_or_weight(at, to_camera, direction), transmitted }
     }
 
     /// The one event of that kind at another surface; None if there is none.
-    fn like(transmitted: bool, bsdf: &Bsdf, normal: DVec3, to_camera: DVec3) -> Option<Self> {
+    fn like(transmitted: bool, bsdf: &Bsdf, at: &SurfacePoint, to_camera: DVec3) -> Option<Self> {
         // The extreme numbers choose reflection and refraction, if they are possible.
         let lobe = if transmitted { 1.0 } else { 0.0 };
-        let sample = if bsdf.is_specular() { bsdf.sample(normal, to_camera, DVec2::ZERO, lobe) } else { None }?;
-        Some(Self::new(bsdf, normal, to_camera, sample.direction)).filter(|bounce| bounce.transmitted == transmitted)
+        let sample = if bsdf.is_specular() { bsdf.sample(at, to_camera, DVec2::ZERO, lobe) } else { None }?;
+        Some(Self::new(bsdf, at, to_camera, sample.direction)).filter(|bounce| bounce.transmitted == transmitted)
     }
 }
 
@@ -104,12 +104,12 @@ impl Tip {
         let value = self.value * transmittance(optical_depth_or_dark(&line));
         let Some(transmitted) = event else { return Found::Light(value * self.emission(scene, hit)) };
         let bsdf = scene.materials.get(hit.material as usize).filter(|_| hit.kind == HIT_SURFACE);
-        let normal = hit.unit_normal();
-        let Some(bounce) = bsdf.and_then(|bsdf| Bounce::like(transmitted, bsdf, normal, -self.direction)) else {
+        let at = hit.at(self.origin + distance * self.direction);
+        let Some(bounce) = bsdf.and_then(|bsdf| Bounce::like(transmitted, bsdf, &at, -self.direction)) else {
             return Found::Nothing;
         };
-        let origin = self.origin + distance * self.direction;
-        let medium = hit.medium_beyond(bounce.direction.dot(normal) > 0.0);
+        let origin = at.position;
+        let medium = hit.medium_beyond(bounce.direction.dot(at.normal) > 0.0);
         let t_min = surface_epsilon(origin, distance) as f32;
         let ray = Ray { t_min, ..Ray::free(origin, bounce.direction, f64::INFINITY, medium) };
         Found::On(Self { ray, origin, direction: bounce.direction, value: value * bounce.value })

@@ -64,7 +64,7 @@ fn run_vertex(scene: &Scene, path: &Path, i: usize, mode: Mode) -> Result<RunVer
         Node::Surface(bsdf) => {
             let medium = path.edge(scene, i)?.segments.first().map_or(NONE, |segment| segment.medium);
             let normal = bsdf.facing(vertex.normal.wide().normalize_or_zero(), -edge.direction);
-            Place::Surface { material: vertex.index, normal, medium }
+            Place::Surface { material: vertex.index, normal, medium, user: vertex.user }
         }
         _ => Place::Medium(vertex.index),
     };

@@ -122,7 +122,7 @@ impl Onwards {
 fn is_same(a: &RunVertex, b: &RunVertex) -> bool {
     let same_place = match (a.place, b.place) {
         (Place::Medium(a), Place::Medium(b)) => a == b,
-        (Place::Surface { material: a, .. }, Place::Surface { material: b, .. }) => a == b,
+        (Place::Surface { material: a, user: c, .. }, Place::Surface { material: b, user: d, .. }) => (a, c) == (b, d),
         _ => false,
     };
     same_place && a.x == b.x

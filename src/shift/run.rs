@@ -14,15 +14,15 @@ use super::chain::Chain;
 use super::kernel::MAX_RUN;
 use super::link::{Depth, Exit, Link, MAX_WINGS, Onwards};
 use crate::math::{Colour, DVec3, transmittance};
-use crate::scene::{Bsdf, Camera, Hit, ImagePoint, Scene};
+use crate::scene::{Bsdf, Camera, Hit, ImagePoint, Scene, SurfacePoint};
 
 /// What scatters at a vertex of the run.
 #[derive(Clone, Copy, Debug)]
 pub enum Place {
     /// The medium of this index.
     Medium(u32),
-    /// A surface, seen from the side that `normal` points to; `medium` is on that side.
-    Surface { material: u32, normal: DVec3, medium: u32 },
+    /// A surface, seen from the side that `normal` points to; `medium` is on that side. `user` is `volgrad_hit.user`.
+    Surface { material: u32, normal: DVec3, medium: u32, user: u64 },
 }
 
 impl Place {
@@ -30,7 +30,8 @@ impl Place {
     pub fn on_surface(bsdf: &Bsdf, hit: &Hit, direction: DVec3) -> Option<Self> {
         let outside = hit.unit_normal();
         let normal = Self::normal(bsdf, outside, -direction)?;
-        Some(Self::Surface { material: hit.material, normal, medium: hit.medium_beyond(normal == outside) })
+        let medium = hit.medium_beyond(normal == outside);
+        Some(Self::Surface { material: hit.material, normal, medium, user: hit.user })
     }
 
     /// The normal on the side that the camera sees; None as for `on_surface`.
@@ -38,16 +39,16 @@ impl Place {
         (!bsdf.transmits() && !bsdf.is_specular()).then(|| bsdf.facing(outside, to_camera))
     }
 
-    /// f_p, or f_r·cos.
-    pub(super) fn scattering(&self, scene: &Scene, to_previous: DVec3, to_next: DVec3) -> Colour {
+    /// f_p, or f_r·cos, at `x`.
+    pub(super) fn scattering(&self, scene: &Scene, x: DVec3, to_previous: DVec3, to_next: DVec3) -> Colour {
         match *self {
             Self::Medium(index) => {
                 let phase = scene.medium(index).map(|medium| medium.phase);
                 Colour::splat(phase.map_or(0.0, |phase| phase.eval(to_previous.dot(to_next))))
             }
-            Self::Surface { material, normal, .. } => {
-                let bsdf = scene.materials.get(material as usize);
-                bsdf.map_or(Colour::ZERO, |bsdf| bsdf.eval(normal, to_previous, to_next) * normal.dot(to_next).abs())
+            Self::Surface { material, normal, user, .. } => {
+                let (bsdf, at) = (scene.materials.get(material as usize), SurfacePoint { position: x, normal, user });
+                bsdf.map_or(Colour::ZERO, |bsdf| bsdf.eval(&at, to_previous, to_next) * normal.dot(to_next).abs())
             }
         }
     }
@@ -340,7 +341,7 @@ impl Progress {
 
     /// A f_p, or A f_r cos, from vertex `i` in a direction.
     pub fn towards(&self, scene: &Scene, path: &Shiftable, i: usize, direction: DVec3) -> Colour {
-        self.a * self.place.scattering(scene, self.towards_previous(path, i), direction)
+        self.a * self.place.scattering(scene, self.vertex(path, i), self.towards_previous(path, i), direction)
     }
 
     /// A chain of specular surfaces ends at a light.
@@ -377,7 +378,8 @@ impl Progress {
 
     /// From the run's vertex before `i` to that one.
     pub fn step(&mut self, scene: &Scene, path: &Shiftable, i: usize, place: Place, optical_depth: Colour) {
-        let scattering = self.place.scattering(scene, self.towards_previous(path, i - 1), -self.towards_previous(path, i));
+        let (x, to_previous) = (self.vertex(path, i - 1), self.towards_previous(path, i - 1));
+        let scattering = self.place.scattering(scene, x, to_previous, -self.towards_previous(path, i));
         let sigma_s = place.scattering_coefficient(scene, self.vertex(path, i));
         self.a *= scattering * sigma_s * transmittance(optical_depth);
         (self.reached, self.place) = (i, place);

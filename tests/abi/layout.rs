@@ -18,7 +18,7 @@ layouts! {
     struct volgrad_exr_layout: 24 { width: 0, height: 4, x: 8, y: 12, window_width: 16, window_height: 20 }
     struct volgrad_flight: 24 { t: 0, medium: 4, tau: 8, pdf: 20 }
     struct volgrad_gradient: 312 { luminance: 0, rgb: 12, scattering: 48, transmittance_previous: 60, transmittance_inside: 96, transmittance_next: 132, geometry_previous: 168, geometry_next: 180, importance: 192, phase_previous: 204, phase_apex: 216, phase_next: 228, profile_previous: 240, profile_next: 276 }
-    struct volgrad_hit: 372 { kind: 0, material: 4, light: 8, segment_count: 12, t: 16, normal: 20, shading_normal: 32, medium_outside: 44, medium_inside: 48, segments: 52 }
+    struct volgrad_hit: 384 { kind: 0, material: 4, light: 8, segment_count: 12, user: 16, t: 24, normal: 28, shading_normal: 40, medium_outside: 52, medium_inside: 56, segments: 60 }
     struct volgrad_light: 112 { kind: 0, medium: 4, emission: 8, sampling_weight: 20, position: 24, edge_u: 36, edge_v: 48, radius: 60, direction: 64, cos_inner: 76, cos_outer: 80, image: 88, image_width: 96, image_height: 100, custom: 104 }
     struct volgrad_line: 40 { origin: 0, direction: 12, length: 24, segment_count: 28, segments: 32 }
     struct volgrad_material: 64 { kind: 0, flags: 4, reflectance: 8, eta: 20, roughness: 24, conductor_eta: 28, conductor_k: 40, custom: 56 }
@@ -37,10 +37,11 @@ layouts! {
     struct volgrad_segment: 20 { end: 0, medium: 4, normal: 8 }
     struct volgrad_shift_options: 40 { struct_size: 0, mode: 4, kernel: 8, radius_unit: 12, radius: 16, count: 20, run: 24, exact_count: 28, alpha: 32, clamp: 36 }
     struct volgrad_splat: 20 { x: 0, y: 4, value: 8 }
+    struct volgrad_surface_point: 56 { user: 0, position: 8, x: 20, y: 32, z: 44 }
     struct volgrad_transmittance_estimate: 88 { transmittance: 0, origin_gradient: 12, end_gradient: 48, evaluations: 84 }
     struct volgrad_transmittance_options: 16 { struct_size: 0, kind: 4, steps: 8, jitter: 12 }
     struct volgrad_vec3: 12 { x: 0, y: 4, z: 8 }
-    struct volgrad_vertex: 44 { kind: 0, index: 4, position: 8, normal: 20, shading_normal: 32 }
+    struct volgrad_vertex: 56 { kind: 0, index: 4, user: 8, position: 16, normal: 28, shading_normal: 40 }
     enum volgrad_status::VOLGRAD_OK: 0;
     enum volgrad_status::VOLGRAD_ERROR_NULL: 1;
     enum volgrad_status::VOLGRAD_ERROR_MISALIGNED: 2;
@@ -62,9 +63,10 @@ layouts! {
     enum volgrad_status::VOLGRAD_ERROR_OTHER_PATH: 18;
     enum volgrad_status::VOLGRAD_ERROR_INTERNAL: 19;
     enum volgrad_status::VOLGRAD_ERROR_NO_GRADIENT: 20;
-    const VOLGRAD_ABI_VERSION: 1;
+    const VOLGRAD_ABI_VERSION: 2;
     const VOLGRAD_BLOCK_SAMPLES: 729;
     const VOLGRAD_BRICK_SIDE: 8;
+    const VOLGRAD_BSDF_LAMBERTIAN: 2;
     const VOLGRAD_BSDF_TRANSMITS: 1;
     const VOLGRAD_CAMERA_PINHOLE: 0;
     const VOLGRAD_CAMERA_THIN_LENS: 1;

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use volgrad::math::{Colour, DVec2, DVec3, mean, orthonormal_basis};
 use volgrad::medium::{Line, optical_depth};
 use volgrad::sampler::bidirectional::{Kind, Sample, Vertex};
-use volgrad::scene::{Bsdf, GUIDE_SIDE, HIT_SURFACE, Hit, Light, Queries, Ray};
+use volgrad::scene::{Bsdf, GUIDE_SIDE, HIT_SURFACE, Hit, Light, Queries, Ray, SurfacePoint};
 
 pub struct Path<'a> {
     world: &'a World,
@@ -118,9 +118,9 @@ impl<'a> Path<'a> {
         match self.vertices[i].kind {
             Kind::Medium { phase, .. } => Colour::splat(phase.eval(to_camera.dot(to_light))),
             Kind::Surface { bsdf, normal, .. } if bsdf.is_specular() => {
-                bsdf.eval_or_weight(normal, to_camera, to_light) * cosine * self.eta2(i, i + 1)
+                bsdf.eval_or_weight(&SurfacePoint::with_normal(normal), to_camera, to_light) * cosine * self.eta2(i, i + 1)
             }
-            Kind::Surface { bsdf, normal, .. } => bsdf.eval(normal, to_camera, to_light) * cosine,
+            Kind::Surface { bsdf, normal, .. } => bsdf.eval(&SurfacePoint::with_normal(normal), to_camera, to_light) * cosine,
             _ => panic!("vertex {i} does not scatter"),
         }
     }
@@ -159,7 +159,7 @@ impl<'a> Path<'a> {
                 };
                 probability * self.cosine(i, to) * self.eta2(i, to)
             }
-            Kind::Surface { bsdf, normal, .. } => bsdf.pdf(normal, back, on),
+            Kind::Surface { bsdf, normal, .. } => bsdf.pdf(&SurfacePoint::with_normal(normal), back, on),
             _ => panic!("vertex {i} does not scatter"),
         }
     }

@@ -9,33 +9,48 @@ static const double TAU = 6.283185307179586;
 /* Lambert's, with the numbers used as the library uses them. */
 typedef struct paint { float albedo, bad; } paint;
 
-static void paint_eval(void *user, volgrad_vec3 c, volgrad_vec3 l, volgrad_rgb *value) {
+/* What hits and vertices on the floor say. */
+static const uint64_t FLOOR_USER = 0x1234567890abcdef;
+
+static void check_point(const volgrad_surface_point *at) {
+    CHECK(at->user == FLOOR_USER && at->z.y == 1 && at->z.x == 0 && at->z.z == 0);
+    CHECK_NEAR(at->position.y, -1, 1e-5);
+    CHECK_NEAR(at->x.y, 0, 1e-6);
+    CHECK_NEAR(at->y.y, 0, 1e-6);
+    CHECK_NEAR(at->x.z * at->y.x - at->x.x * at->y.z, 1, 1e-6); /* x cross y is z */
+}
+
+static void paint_eval(void *user, const volgrad_surface_point *at, volgrad_vec3 c, volgrad_vec3 l, volgrad_rgb *value) {
     const paint *p = user;
     (void)c, (void)l;
+    check_point(at);
     value->r = value->g = value->b = p->bad != 0 ? p->bad : p->albedo * (float)(2 / TAU);
 }
 
-static float paint_pdf(void *user, volgrad_vec3 c, volgrad_vec3 l) {
+static float paint_pdf(void *user, const volgrad_surface_point *at, volgrad_vec3 c, volgrad_vec3 l) {
     (void)user, (void)c;
+    check_point(at);
     return l.z * (float)(2 / TAU);
 }
 
-static int32_t paint_sample(void *user, volgrad_vec3 c, const double *u, volgrad_vec3 *l, float *eta_squared) {
+static int32_t paint_sample(void *user, const volgrad_surface_point *at, volgrad_vec3 c, const double *u, volgrad_vec3 *l, float *eta_squared) {
     (void)user, (void)c;
+    check_point(at);
     double r = sqrt(u[0]), angle = TAU * u[1];
     CHECK(*eta_squared == 1 && u[0] > 0 && u[0] < 1 && u[1] >= 0 && u[1] < 1 && u[2] > 0 && u[2] < 1);
     *l = vec((float)(r * cos(angle)), (float)(r * sin(angle)), (float)sqrt(1 - u[0]));
     return 1;
 }
 
-static void paint_gradient(void *user, volgrad_vec3 c, volgrad_vec3 l, volgrad_vec3 *by_c, volgrad_vec3 *by_l) {
+static void paint_gradient(void *user, const volgrad_surface_point *at, volgrad_vec3 c, volgrad_vec3 l, volgrad_vec3 *by_c, volgrad_vec3 *by_l) {
     (void)user, (void)c, (void)l;
+    check_point(at);
     CHECK(by_c[2].z == 0 && by_l[2].z == 0);
     by_c[0] = by_c[1] = by_c[2] = vec(0, 0, 1); /* of exp(c.z), to be told from nothing */
 }
 
-static void unasked_gradient(void *user, volgrad_vec3 c, volgrad_vec3 l, volgrad_vec3 *by_c, volgrad_vec3 *by_l) {
-    (void)user, (void)c, (void)l;
+static void unasked_gradient(void *user, const volgrad_surface_point *at, volgrad_vec3 c, volgrad_vec3 l, volgrad_vec3 *by_c, volgrad_vec3 *by_l) {
+    (void)user, (void)at, (void)c, (void)l;
     by_c[0].x = by_l[0].x = NAN;
 }
 
@@ -140,10 +155,10 @@ static void fill(void) {
     s.media[0].phase = (volgrad_phase){VOLGRAD_PHASE_HENYEY_GREENSTEIN, 0.6f};
     s.desc.bounds_radius = 4;
     const volgrad_vec3 up = vec(0, 1, 0);
-    vertices[0] = (volgrad_vertex){VOLGRAD_VERTEX_CAMERA, 0, vec(0, 0, 0), up, up};
-    vertices[1] = (volgrad_vertex){VOLGRAD_VERTEX_MEDIUM, 0, vec(0, 0, 1), up, up};
-    vertices[2] = (volgrad_vertex){VOLGRAD_VERTEX_SURFACE, DIFFUSE, vec(0.5f, -1, 2), up, up};
-    vertices[3] = (volgrad_vertex){VOLGRAD_VERTEX_LIGHT, POINT_LIGHT, s.lights[POINT_LIGHT].position, up, up};
+    vertices[0] = (volgrad_vertex){VOLGRAD_VERTEX_CAMERA, 0, 0, vec(0, 0, 0), up, up};
+    vertices[1] = (volgrad_vertex){VOLGRAD_VERTEX_MEDIUM, 0, 0, vec(0, 0, 1), up, up};
+    vertices[2] = (volgrad_vertex){VOLGRAD_VERTEX_SURFACE, DIFFUSE, FLOOR_USER, vec(0.5f, -1, 2), up, up};
+    vertices[3] = (volgrad_vertex){VOLGRAD_VERTEX_LIGHT, POINT_LIGHT, 0, s.lights[POINT_LIGHT].position, up, up};
 }
 
 static volgrad_status init(void) {
@@ -181,17 +196,19 @@ static void refuse(volgrad_status status, const char *name, const char *what, in
 #define BAD_SKY(set, status, name) BAD((custom_light(SKY, VOLGRAD_LIGHT_CUSTOM_SKY), (set)), status, name)
 
 static void test_descriptions(void) {
-    const char *functions = "materials.custom.eval, materials.custom.pdf, materials.custom.sample";
+    const char *functions = "materials.custom.pdf, materials.custom.sample";
     custom_material(), custom_phase(), custom_light(SKY, VOLGRAD_LIGHT_CUSTOM_SKY), custom_light(POINT_LIGHT, VOLGRAD_LIGHT_CUSTOM_POINT);
     CHECK_STATUS(init(), VOLGRAD_OK);
     fill();
     BAD(s.materials[DIFFUSE].custom = &bsdf, VOLGRAD_ERROR_RANGE, "materials.custom");
     BAD_BSDF(s.materials[DIFFUSE].custom = NULL, VOLGRAD_ERROR_NULL, "materials.custom");
     BAD_BSDF(bsdf.struct_size = 40, VOLGRAD_ERROR_STRUCT_SIZE, "materials.custom");
-    BAD_BSDF(bsdf.eval = NULL, VOLGRAD_ERROR_NULL, functions);
+    BAD_BSDF(bsdf.eval = NULL, VOLGRAD_ERROR_NULL, "materials.custom.eval");
     BAD_BSDF(bsdf.pdf = NULL, VOLGRAD_ERROR_NULL, functions);
     BAD_BSDF(bsdf.sample = NULL, VOLGRAD_ERROR_NULL, functions);
-    BAD_BSDF(bsdf.flags = 2, VOLGRAD_ERROR_KIND, "materials.custom.flags");
+    BAD_BSDF((bsdf.flags = VOLGRAD_BSDF_LAMBERTIAN, bsdf.eval = NULL), VOLGRAD_ERROR_NULL, "materials.custom.eval");
+    BAD_BSDF(bsdf.flags = 4, VOLGRAD_ERROR_KIND, "materials.custom.flags");
+    BAD_BSDF(bsdf.flags = VOLGRAD_BSDF_TRANSMITS | VOLGRAD_BSDF_LAMBERTIAN, VOLGRAD_ERROR_KIND, "materials.custom.flags");
     BAD_BSDF(s.materials[DIFFUSE].flags = 2, VOLGRAD_ERROR_KIND, "materials.flags");
     BAD_BSDF((bsdf.flags = VOLGRAD_BSDF_TRANSMITS, s.materials[DIFFUSE].flags = VOLGRAD_MATERIAL_TWO_SIDED), VOLGRAD_ERROR_KIND, "materials.flags");
     BAD_PHASE(s.media[0].custom_phase = 1, VOLGRAD_ERROR_INDEX, "media.custom_phase");
@@ -232,7 +249,7 @@ static int32_t answer_floor(void *user, const volgrad_ray *rays, volgrad_hit *hi
         float x = rays[i].origin.x + t * rays[i].direction.x, z = rays[i].origin.z + t * rays[i].direction.z;
         int hit = t > 0 && t >= rays[i].t_min && t < rays[i].t_max && x * x + z * z < 9;
         hits[i] = (volgrad_hit){.kind = hit ? VOLGRAD_HIT_SURFACE : VOLGRAD_HIT_NONE, .material = DIFFUSE, .light = VOLGRAD_NONE,
-            .segment_count = 1, .t = t, .normal = {0, 1, 0}, .shading_normal = {0, 1, 0}, .medium_outside = VOLGRAD_KEEP_MEDIUM,
+            .segment_count = 1, .user = FLOOR_USER, .t = t, .normal = {0, 1, 0}, .shading_normal = {0, 1, 0}, .medium_outside = VOLGRAD_KEEP_MEDIUM,
             .medium_inside = VOLGRAD_KEEP_MEDIUM};
         hits[i].segments[0] = (volgrad_segment){.end = hit ? t : rays[i].t_max};
     }
@@ -291,13 +308,15 @@ static uint64_t dropped_values(void) {
 /* Single precision passes the border: some 1e-7 of each direction, which few bounces make more of. */
 static void test_copies(void) {
     static float original[VALUES], copy[VALUES];
-    for (int kind = 0; kind < 3; kind++) {
+    const uint32_t modes[] = {VOLGRAD_SHIFT_NONE, VOLGRAD_SHIFT_LOG_LINEAR, VOLGRAD_SHIFT_NONE, VOLGRAD_SHIFT_EXCHANGEABLE};
+    for (int kind = 0; kind < 4; kind++) {
         for (int bidirectional = 0; bidirectional < 2; bidirectional++) {
-            uint32_t mode = kind == 1 ? VOLGRAD_SHIFT_LOG_LINEAR : VOLGRAD_SHIFT_NONE; /* links end at no custom floor or lamp */
+            uint32_t mode = modes[kind]; /* links end at a custom floor that is Lambertian, at no other and no custom lamp */
             fill();
             CHECK_STATUS(init(), VOLGRAD_OK);
             CHECK_STATUS(render(mode, bidirectional, original), VOLGRAD_OK);
-            if (kind == 0) custom_material();
+            if (kind == 0 || kind == 3) custom_material();
+            if (kind == 3) bsdf = (volgrad_custom_bsdf){sizeof bsdf, VOLGRAD_BSDF_LAMBERTIAN, &floor_paint, paint_eval, NULL, NULL, NULL};
             if (kind == 1) custom_phase();
             if (kind == 2) custom_light(POINT_LIGHT, VOLGRAD_LIGHT_CUSTOM_POINT);
             CHECK_STATUS(init(), VOLGRAD_OK);

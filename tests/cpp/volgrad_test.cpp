@@ -167,8 +167,8 @@ static void test_kernels() {
 static void test_paths() {
     const fog_desc fog;
     const volgrad::scene scene(fog.desc);
-    const std::vector<volgrad_vertex> vertices = {{VOLGRAD_VERTEX_CAMERA, 0, {0, 0, 0}, {}, {}},
-        {VOLGRAD_VERTEX_MEDIUM, 0, {0, 0.1f, 1.5f}, {}, {}}, {VOLGRAD_VERTEX_LIGHT, 1, {0, 2, 0}, {}, {}}};
+    const std::vector<volgrad_vertex> vertices = {{VOLGRAD_VERTEX_CAMERA, 0, 0, {0, 0, 0}, {}, {}},
+        {VOLGRAD_VERTEX_MEDIUM, 0, 0, {0, 0.1f, 1.5f}, {}, {}}, {VOLGRAD_VERTEX_LIGHT, 1, 0, {0, 2, 0}, {}, {}}};
     const volgrad_vec3 z = {0, 0, 1};
     const std::uint32_t air = VOLGRAD_NONE, edge_ends[] = {2, 4};
     const float enter = std::sqrt(1.5f * 1.5f + 0.01f) / 1.5f, leave = std::sqrt(1.9f * 1.9f + 2.25f) / 3;
@@ -387,18 +387,28 @@ static volgrad_vec3 around(double z, double u) {
     return {static_cast<float>(r * std::cos(angle)), static_cast<float>(r * std::sin(angle)), static_cast<float>(z)};
 }
 
+/* Of two halves, as the wall's hits tell them apart. */
+static volgrad_rgb reflectance(const volgrad_surface_point &at, float scale) {
+    const float value = scale * (at.user == 1 ? 0.8f : 0.3f);
+    CHECK((at.user == 1) == (at.position.x < 0));
+    return {value, value, value};
+}
+
 struct paint {
-    volgrad_rgb eval(volgrad_vec3, volgrad_vec3) const { return may_throw(), volgrad_rgb{0.5f / PI, 0.5f / PI, 0.5f / PI}; }
-    float pdf(volgrad_vec3, volgrad_vec3 to_light) const { return may_throw(), to_light.z / PI; }
-    bool sample(volgrad_vec3, const double *u, volgrad_vec3 &to_light, float &) const {
+    volgrad_rgb eval(const volgrad_surface_point &at, volgrad_vec3, volgrad_vec3) const { return may_throw(), reflectance(at, 1 / PI); }
+    float pdf(const volgrad_surface_point &, volgrad_vec3, volgrad_vec3 to_light) const { return may_throw(), to_light.z / PI; }
+    bool sample(const volgrad_surface_point &, volgrad_vec3, const double *u, volgrad_vec3 &to_light, float &) const {
         may_throw();
         to_light = around(std::sqrt(1 - u[0]), u[1]);
         return true;
     }
-    void log_gradient(volgrad_vec3, volgrad_vec3, volgrad_vec3 *by_camera, volgrad_vec3 *) const {
+    void log_gradient(const volgrad_surface_point &, volgrad_vec3, volgrad_vec3, volgrad_vec3 *by_camera, volgrad_vec3 *) const {
         may_throw();
         for (int i = 0; i < 3; i++) by_camera[i].x = 1;
     }
+};
+struct tiles {
+    volgrad_rgb reflectance(const volgrad_surface_point &at) const { return may_throw(), ::reflectance(at, 1); }
 };
 struct droplets { /* scatter alike in all directions */
     double eval(double) const { return may_throw(), 1 / (4 * static_cast<double>(PI)); }
@@ -419,6 +429,7 @@ struct lamp {
 };
 
 static const volgrad_vec3 UP = {0, 0, 1};
+static const volgrad_surface_point LEFT = {1, {-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 /* The same objects, as C would call them. */
 struct tables_in_c {
@@ -428,10 +439,11 @@ struct tables_in_c {
     tables_in_c()
         : bsdf(volgrad::sized<volgrad_custom_bsdf>()), phase(volgrad::sized<volgrad_custom_phase>()),
           light(volgrad::sized<volgrad_custom_light>()) {
-        bsdf.eval = [](void *, volgrad_vec3 a, volgrad_vec3 b, volgrad_rgb *value) { *value = paint().eval(a, b); };
-        bsdf.pdf = [](void *, volgrad_vec3 a, volgrad_vec3 b) { return paint().pdf(a, b); };
-        bsdf.sample = [](void *, volgrad_vec3 a, const double *u, volgrad_vec3 *b, float *eta_squared) -> std::int32_t {
-            return paint().sample(a, u, *b, *eta_squared);
+        using point = const volgrad_surface_point *;
+        bsdf.eval = [](void *, point at, volgrad_vec3 a, volgrad_vec3 b, volgrad_rgb *value) { *value = paint().eval(*at, a, b); };
+        bsdf.pdf = [](void *, point at, volgrad_vec3 a, volgrad_vec3 b) { return paint().pdf(*at, a, b); };
+        bsdf.sample = [](void *, point at, volgrad_vec3 a, const double *u, volgrad_vec3 *b, float *eta_squared) -> std::int32_t {
+            return paint().sample(*at, a, u, *b, *eta_squared);
         };
         phase.eval = [](void *, double mu) { return droplets().eval(mu); };
         phase.sample = [](void *, double u) { return droplets().sample(u); };
@@ -449,6 +461,7 @@ struct wall {
             const float t = (3 - rays[i].origin.z) / rays[i].direction.z;
             if (!(t > rays[i].t_min && t < rays[i].t_max)) continue;
             hits[i].kind = VOLGRAD_HIT_SURFACE, hits[i].t = t, hits[i].light = VOLGRAD_NONE;
+            hits[i].user = rays[i].origin.x + t * rays[i].direction.x < 0 ? 1 : 2;
             hits[i].normal.z = hits[i].shading_normal.z = -1;
             hits[i].medium_inside = hits[i].medium_outside = VOLGRAD_KEEP_MEDIUM;
         }
@@ -472,6 +485,12 @@ static image painted(const volgrad_custom_bsdf *bsdf, const volgrad_custom_phase
     return developed(film);
 }
 
+static double sum(const image &values) {
+    double sum = 0;
+    for (float value : values) sum += static_cast<double>(value);
+    return sum;
+}
+
 static void test_custom() {
     const volgrad::custom_bsdf<paint> bsdf{paint()};
     const volgrad::custom_phase<droplets> phase{droplets()};
@@ -483,11 +502,13 @@ static void test_custom() {
     const image in_c = painted(&c.bsdf, &c.phase, &c.light, dropped_in_c);
     CHECK(same(in_c, painted(bsdf.get(), phase.get(), light.get(), dropped)));
     CHECK(dropped == 0 && dropped_in_c == 0);
+    const volgrad::custom_texture<tiles> texture{tiles()};
+    const image textured = painted(texture.get(), phase.get(), light.get(), dropped);
+    CHECK(dropped == 0 && texture.get()->pdf == nullptr && std::fabs(sum(textured) / sum(in_c) - 1) < 0.1);
     throws = true;
+    CHECK(sum(painted(texture.get(), phase.get(), light.get(), dropped)) == 0 && dropped > 0);
     const image black = painted(bsdf.get(), phase.get(), light.get(), dropped);
-    double sum = 0;
-    for (float value : black) sum += static_cast<double>(value);
-    CHECK(sum == 0 && dropped > 0);
+    CHECK(sum(black) == 0 && dropped > 0);
 
     /* Every function, with what throws and with what does not. */
     const double u[3] = {0.3, 0.4, 0.5};
@@ -496,13 +517,13 @@ static void test_custom() {
         volgrad_vec3 direction = {}, sampled = {}, gradient[3] = {}, by_camera[3] = {}, by_light[3] = {};
         volgrad_rgb value = {}, radiance = {};
         float eta_squared = 1;
-        CHECK(bsdf.get()->sample(bsdf.get()->user, UP, u, &sampled, &eta_squared) == 1);
+        CHECK(bsdf.get()->sample(bsdf.get()->user, &LEFT, UP, u, &sampled, &eta_squared) == 1);
         CHECK(light.get()->sample(light.get()->user, u, &direction) == 1);
-        bsdf.get()->eval(bsdf.get()->user, UP, UP, &value);
-        bsdf.get()->log_gradient(bsdf.get()->user, UP, UP, by_camera, by_light);
+        bsdf.get()->eval(bsdf.get()->user, &LEFT, UP, UP, &value);
+        bsdf.get()->log_gradient(bsdf.get()->user, &LEFT, UP, UP, by_camera, by_light);
         point.get()->emission(point.get()->user, UP, &radiance);
         point.get()->log_gradient(point.get()->user, UP, gradient);
-        const double numbers[] = {static_cast<double>(bsdf.get()->pdf(bsdf.get()->user, UP, UP)), phase.get()->eval(phase.get()->user, 0),
+        const double numbers[] = {static_cast<double>(bsdf.get()->pdf(bsdf.get()->user, &LEFT, UP, UP)), phase.get()->eval(phase.get()->user, 0),
             phase.get()->sample(phase.get()->user, 0.5), phase.get()->log_derivative(phase.get()->user, 0),
             static_cast<double>(light.get()->pdf(light.get()->user, UP)), static_cast<double>(value.g), static_cast<double>(sampled.z),
             static_cast<double>(by_camera[0].x), static_cast<double>(gradient[0].x), static_cast<double>(radiance.b),

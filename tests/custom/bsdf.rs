@@ -7,7 +7,10 @@ use volgrad::medium::{NONE, Segment};
 use volgrad::path::{
     Path, PathErrorKind, VERTEX_CAMERA, VERTEX_LIGHT, VERTEX_MEDIUM, VERTEX_SURFACE, Vertex, path_log_gradient,
 };
-use volgrad::scene::{Bsdf, BsdfFunction, Conductor, CustomBsdf, Ggx, Light, Reflector, RoughConductor, RoughDielectric};
+use volgrad::scene::{
+    Bsdf, BsdfFunction, Conductor, CustomBsdf, Ggx, Light, Reflector, RoughConductor, RoughDielectric, SurfaceFrame,
+    SurfacePoint,
+};
 
 const METAL: Bsdf = Bsdf::RoughConductor(RoughConductor {
     conductor: Conductor { eta: Colour::splat(0.2), k: Colour::new(3.9, 2.4, 2.2), reflectance: Colour::ONE },
@@ -28,20 +31,22 @@ impl BsdfFunction for Copy {
         self.original.transmits()
     }
 
-    fn eval(&self, to_camera: DVec3, to_light: DVec3) -> Colour {
-        self.original.eval(DVec3::Z, to_camera, to_light)
+    fn eval(&self, _: &SurfaceFrame, to_camera: DVec3, to_light: DVec3) -> Colour {
+        self.original.eval(&SurfacePoint::with_normal(DVec3::Z), to_camera, to_light)
     }
 
-    fn pdf(&self, to_camera: DVec3, to_light: DVec3) -> f64 {
-        self.original.pdf(DVec3::Z, to_camera, to_light)
+    fn pdf(&self, _: &SurfaceFrame, to_camera: DVec3, to_light: DVec3) -> f64 {
+        self.original.pdf(&SurfacePoint::with_normal(DVec3::Z), to_camera, to_light)
     }
 
-    fn sample(&self, to_camera: DVec3, u: DVec2, lobe: f64) -> Option<(DVec3, f64)> {
-        self.original.sample(DVec3::Z, to_camera, u, lobe).map(|sample| (sample.direction, sample.eta_squared))
+    fn sample(&self, _: &SurfaceFrame, to_camera: DVec3, u: DVec2, lobe: f64) -> Option<(DVec3, f64)> {
+        self.original
+            .sample(&SurfacePoint::with_normal(DVec3::Z), to_camera, u, lobe)
+            .map(|sample| (sample.direction, sample.eta_squared))
     }
 
-    fn log_gradient(&self, to_camera: DVec3, to_light: DVec3) -> Option<([DVec3; 3], [DVec3; 3])> {
-        self.original.log_gradient(DVec3::Z, to_camera, to_light).filter(|_| self.gradient)
+    fn log_gradient(&self, _: &SurfaceFrame, to_camera: DVec3, to_light: DVec3) -> Option<([DVec3; 3], [DVec3; 3])> {
+        self.original.log_gradient(&SurfacePoint::with_normal(DVec3::Z), to_camera, to_light).filter(|_| self.gradient)
     }
 }
 
@@ -115,7 +120,7 @@ fn gradient_before(bsdf: Bsdf<'static>) -> Result<volgrad::path::Gradient, (Path
     let normal = Vec3::from(DVec3::new(0.0, 2.0, 0.5).cross(DVec3::new(2.0, 0.0, 0.3)).normalize());
     let vertex = |kind: u32, index: u32, position: [f64; 3]| {
         let position = DVec3::from(position).into();
-        Vertex { kind, index, position, normal, shading_normal: normal }
+        Vertex { kind, index, position, normal, shading_normal: normal, ..Vertex::default() }
     };
     let vertices = [
         vertex(VERTEX_CAMERA, 0, [0.0, 0.0, -3.0]),
@@ -154,26 +159,28 @@ impl BsdfFunction for Bad {
         self.0 == 7
     }
 
-    fn eval(&self, c: DVec3, l: DVec3) -> Colour {
+    fn eval(&self, _: &SurfaceFrame, c: DVec3, l: DVec3) -> Colour {
         match self.0 {
             0 => Colour::new(0.1, f64::NAN, 0.1),
             1 => Colour::splat(f64::INFINITY),
             2 => Colour::new(0.1, -0.1, 0.1),
-            _ => PAINT.eval(DVec3::Z, c, l),
+            _ => PAINT.eval(&SurfacePoint::with_normal(DVec3::Z), c, l),
         }
     }
 
-    fn pdf(&self, c: DVec3, l: DVec3) -> f64 {
+    fn pdf(&self, _: &SurfaceFrame, c: DVec3, l: DVec3) -> f64 {
         match self.0 {
             3 => f64::NAN,
             4 => f64::INFINITY,
             5 => -1.0,
-            _ => PAINT.pdf(DVec3::Z, c, l),
+            _ => PAINT.pdf(&SurfacePoint::with_normal(DVec3::Z), c, l),
         }
     }
 
-    fn sample(&self, c: DVec3, u: DVec2, lobe: f64) -> Option<(DVec3, f64)> {
-        let (l, eta_squared) = PAINT.sample(DVec3::Z, c, u, lobe).map(|sample| (sample.direction, sample.eta_squared))?;
+    fn sample(&self, _: &SurfaceFrame, c: DVec3, u: DVec2, lobe: f64) -> Option<(DVec3, f64)> {
+        let (l, eta_squared) = PAINT
+            .sample(&SurfacePoint::with_normal(DVec3::Z), c, u, lobe)
+            .map(|sample| (sample.direction, sample.eta_squared))?;
         match self.0 {
             6 => Some((DVec3::splat(f64::NAN), 1.0)),
             7 => Some((DVec3::new(1.0, 0.0, 0.0), f64::NAN)),
@@ -183,7 +190,7 @@ impl BsdfFunction for Bad {
         }
     }
 
-    fn log_gradient(&self, _: DVec3, _: DVec3) -> Option<([DVec3; 3], [DVec3; 3])> {
+    fn log_gradient(&self, _: &SurfaceFrame, _: DVec3, _: DVec3) -> Option<([DVec3; 3], [DVec3; 3])> {
         Some(([DVec3::splat(f64::NAN); 3], [DVec3::ZERO; 3]))
     }
 }

@@ -15,3 +15,4 @@ mod density;
 mod images;
 mod light;
 mod phase;
+mod surface_point;

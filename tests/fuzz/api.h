@@ -269,7 +269,7 @@ static inline void decode_bsdf(input *in, world *w, volgrad_material *m) {
     habit *user = take_array(&w->memory, sizeof *user);
     *user = decode_habit(in, w);
     custom->struct_size = known_size(in, sizeof *custom, 8);
-    custom->flags = below(in, 2);
+    custom->flags = below(in, 3);
     if (custom->flags == VOLGRAD_BSDF_TRANSMITS && !hostile(in)) m->flags = 0;
     user->transmits = custom->flags == VOLGRAD_BSDF_TRANSMITS;
     custom->user = user;
@@ -382,7 +382,7 @@ static inline void answer(const world *w, const volgrad_ray *ray, volgrad_hit *h
         for (int k = 0, n = cross(b, ray, t); k < n; k++) {
             if (!(t[k] >= ray->t_min && t[k] < end)) continue;
             hit->kind = VOLGRAD_HIT_SURFACE;
-            hit->material = b->material, hit->light = b->light;
+            hit->material = b->material, hit->light = b->light, hit->user = SAID;
             hit->t = end = t[k];
             hit->normal = hit->shading_normal = normal_at(b, ray, end);
             hit->medium_inside = b->inside, hit->medium_outside = b->outside;

@@ -113,21 +113,29 @@ static inline double phase_slope(void *user, double mu) {
 
 /* ---- a material: diffuse, alike on both sides if it transmits ---- */
 
-static inline void bsdf_value(void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_rgb *value) {
+/* What all hits and vertices say of surfaces. */
+#define SAID UINT64_C(0xfedcba9876543210)
+
+static inline void bsdf_value(void *user, const volgrad_surface_point *at, volgrad_vec3 to_camera, volgrad_vec3 to_light,
+                              volgrad_rgb *value) {
     habit *h = user;
+    MUST(at->user == SAID && fabsf(at->z.x * at->x.x + at->z.y * at->x.y + at->z.z * at->x.z) < 1e-5f);
     MUST(value->r == 0 && (h->transmits || (to_camera.z > 0 && to_light.z > 0)));
     *value = habitual_colour(h, fabsf(h->shape) * 2 / TURN);
 }
 
-static inline float bsdf_pdf(void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light) {
+static inline float bsdf_pdf(void *user, const volgrad_surface_point *at, volgrad_vec3 to_camera, volgrad_vec3 to_light) {
     habit *h = user;
+    MUST(at->user == SAID);
     MUST(h->transmits || (to_camera.z > 0 && to_light.z > 0));
     return (float)habitual(h, fabsf(to_light.z) * (h->transmits ? 1 : 2) / TURN);
 }
 
-static inline int32_t bsdf_sample(void *user, volgrad_vec3 to_camera, const double *u, volgrad_vec3 *to_light, float *eta_squared) {
+static inline int32_t bsdf_sample(void *user, const volgrad_surface_point *at, volgrad_vec3 to_camera, const double *u,
+                                  volgrad_vec3 *to_light, float *eta_squared) {
     habit *h = user;
     (void)to_camera;
+    MUST(at->user == SAID);
     MUST(*eta_squared == 1 && u[0] > 0 && u[0] < 1 && u[1] > 0 && u[1] < 1 && u[2] > 0 && u[2] < 1);
     double r = sqrt(u[0]), z = sqrt(1 - u[0]);
     *to_light = habitual_vector(h, r * cos(TURN * u[1]), r * sin(TURN * u[1]), h->transmits && u[2] < 0.5 ? -z : z);
@@ -135,10 +143,11 @@ static inline int32_t bsdf_sample(void *user, volgrad_vec3 to_camera, const doub
     return habitual(h, 1) != 0;
 }
 
-static inline void bsdf_gradient(void *user, volgrad_vec3 to_camera, volgrad_vec3 to_light, volgrad_vec3 *by_camera,
-                                 volgrad_vec3 *by_light) {
+static inline void bsdf_gradient(void *user, const volgrad_surface_point *at, volgrad_vec3 to_camera, volgrad_vec3 to_light,
+                                 volgrad_vec3 *by_camera, volgrad_vec3 *by_light) {
     habit *h = user;
     (void)to_camera, (void)to_light;
+    MUST(at->user == SAID);
     for (int i = 0; i < 3; i++) by_camera[i] = habitual_vector(h, 0, 0, 0), by_light[i] = habitual_vector(h, 0, 0, 0);
 }
 

@@ -12,6 +12,7 @@ static void decode_vertex(input *in, const volgrad_scene_desc *d, uint32_t i, ui
     v->position = i == 0 && next_byte(in) & 1 ? d->camera.position : point(in);
     if (v->kind == VOLGRAD_VERTEX_LIGHT && next_byte(in) & 1) v->position = direction(in);
     v->normal = v->shading_normal = direction(in);
+    v->user = SAID;
 }
 
 static void decode_edge(input *in, world *w, volgrad_segment *segments, uint32_t count) {

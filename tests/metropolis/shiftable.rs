@@ -74,7 +74,7 @@ impl<'a> Whole<'a> {
         match kind {
             Kind::Light { index, normal: Some(normal), .. } => {
                 let bsdf = &self.scene.materials[0];
-                Some(Kind::Surface { material: 0, bsdf, normal, media: [NONE; 2], light: index })
+                Some(Kind::Surface { material: 0, bsdf, normal, media: [NONE; 2], user: 0, light: index })
             }
             Kind::Far { light, .. } => light.is_environment().then_some(kind),
             Kind::Surface { .. } => Some(kind),
@@ -95,6 +95,7 @@ impl<'a> Whole<'a> {
             let new = |kind, index, normal: DVec3| path::Vertex {
                 kind,
                 index,
+                user: 0,
                 position,
                 normal: normal.into(),
                 shading_normal: normal.into(),

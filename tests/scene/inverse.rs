@@ -8,7 +8,8 @@ use super::{direction, direction_before};
 use proptest::prelude::*;
 use volgrad::math::{Colour, DVec2, DVec3, disk_number, uniform_disk};
 use volgrad::scene::{
-    Bsdf, Camera, Falloff, Ggx, Light, LightSample, Lights, Reflector, RoughConductor, RoughDielectric, accumulate,
+    Bsdf, Camera, Falloff, Ggx, Light, LightSample, Lights, Reflector, RoughConductor, RoughDielectric, SurfacePoint,
+    accumulate,
 };
 
 const TOLERANCE: f64 = 1e-9;
@@ -49,14 +50,14 @@ proptest! {
     fn numbers_survive_rough_surfaces(n in direction(), camera in either_side(), u in numbers(), lobe in 0.0..1.0_f64, alpha in 0.05..1.2_f64, eta in index()) {
         let c = direction_before(n, camera);
         for bsdf in rough(eta, alpha) {
-            let Some(sample) = bsdf.sample(n, c, u, lobe) else { continue };
+            let Some(sample) = bsdf.sample(&SurfacePoint::with_normal(n), c, u, lobe) else { continue };
             // Half vectors of grazing directions lose digits.
             if n.dot(sample.direction).abs() < 0.01 {
                 continue;
             }
             let (found, same_lobe) = bsdf.invert(n, c, sample.direction).expect("what was sampled");
             prop_assert!((uniform_disk(found) - uniform_disk(u)).length() < TOLERANCE / alpha, "{bsdf:?}: {u}, {found}");
-            let again = bsdf.sample(n, c, u, same_lobe).expect("the same lobe");
+            let again = bsdf.sample(&SurfacePoint::with_normal(n), c, u, same_lobe).expect("the same lobe");
             prop_assert!(again.direction == sample.direction, "{bsdf:?}");
         }
     }
@@ -68,11 +69,11 @@ proptest! {
         for bsdf in rough(eta, alpha) {
             match bsdf.invert(n, c, l) {
                 Some((u, lobe)) => {
-                    prop_assert!(bsdf.pdf(n, c, l) > 0.0, "{bsdf:?}");
-                    let sample = bsdf.sample(n, c, u, lobe).expect("a direction");
+                    prop_assert!(bsdf.pdf(&SurfacePoint::with_normal(n), c, l) > 0.0, "{bsdf:?}");
+                    let sample = bsdf.sample(&SurfacePoint::with_normal(n), c, u, lobe).expect("a direction");
                     prop_assert!((sample.direction - l).length() < TOLERANCE / alpha, "{bsdf:?}: {} for {l}", sample.direction);
                 }
-                None => prop_assert_eq!(bsdf.pdf(n, c, l), 0.0),
+                None => prop_assert_eq!(bsdf.pdf(&SurfacePoint::with_normal(n), c, l), 0.0),
             }
         }
     }
@@ -82,18 +83,18 @@ proptest! {
     fn smooth_surfaces_find_their_lobe(n in direction(), camera in either_side(), lobe in 0.0..1.0_f64, eta in index()) {
         let c = direction_before(n, camera);
         for bsdf in smooth(eta) {
-            let sample = bsdf.sample(n, c, DVec2::ZERO, lobe);
+            let sample = bsdf.sample(&SurfacePoint::with_normal(n), c, DVec2::ZERO, lobe);
             let Some(sample) = sample else {
                 prop_assert!(bsdf.invert(n, c, c).is_none() && bsdf.invert(n, c, -c).is_none(), "{bsdf:?} from behind");
                 continue;
             };
             let (u, found) = bsdf.invert(n, c, sample.direction).expect("what was sampled");
             prop_assert!(u == DVec2::splat(0.5) && (0.0..1.0).contains(&found));
-            let again = bsdf.sample(n, c, u, found).expect("the same lobe");
+            let again = bsdf.sample(&SurfacePoint::with_normal(n), c, u, found).expect("the same lobe");
             prop_assert!(again.direction == sample.direction && again.eta_squared == sample.eta_squared, "{bsdf:?}");
             let passed = n.dot(c) * n.dot(sample.direction) < 0.0;
             prop_assert!(bsdf.transmits() || (!passed && bsdf.invert(n, c, -sample.direction).is_none()));
-            let value = bsdf.eval_or_weight(n, c, c).x;
+            let value = bsdf.eval_or_weight(&SurfacePoint::with_normal(n), c, c).x;
             if bsdf.transmits() {
                 let middle = if passed { 0.5 * (value + 1.0) } else { 0.5 * value };
                 prop_assert!((found - middle).abs() < TOLERANCE, "the middle of the lobe");

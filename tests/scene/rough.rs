@@ -10,7 +10,7 @@ use crate::statistics::chi_square_p_value;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use volgrad::math::{Colour, DVec2, DVec3, around_direction};
-use volgrad::scene::{Bsdf, Conductor, Ggx, Reflector, RoughConductor, RoughDielectric};
+use volgrad::scene::{Bsdf, Conductor, Ggx, Reflector, RoughConductor, RoughDielectric, SurfacePoint};
 
 /// Copper, about.
 const ETA: Colour = Colour::new(0.22, 0.95, 1.2);
@@ -116,28 +116,28 @@ proptest! {
     fn metals_reflect_as_fresnel_says(n in direction(), camera in above(), other in above()) {
         let (c, l) = (direction_before(n, camera), direction_before(n, other));
         let smooth = Bsdf::Conductor(METAL);
-        let sample = smooth.sample(n, c, DVec2::ZERO, 0.5).expect("light from the front");
+        let sample = smooth.sample(&SurfacePoint::with_normal(n), c, DVec2::ZERO, 0.5).expect("light from the front");
         prop_assert!((sample.direction + c - 2.0 * camera.0 * n).length() < ROUNDING && sample.pdf.is_none());
         for channel in 0..3 {
             let expected = TINT[channel] * fresnel((ETA[channel], K[channel]), camera.0);
             prop_assert!((sample.weight[channel] - expected).abs() < 1e-10);
         }
-        prop_assert_eq!(smooth.eval_or_weight(n, c, l), sample.weight);
-        prop_assert!(smooth.is_specular() && smooth.eval(n, c, l) == Colour::ZERO && smooth.sample(n, -c, DVec2::ZERO, 0.5).is_none());
+        prop_assert_eq!(smooth.eval_or_weight(&SurfacePoint::with_normal(n), c, l), sample.weight);
+        prop_assert!(smooth.is_specular() && smooth.eval(&SurfacePoint::with_normal(n), c, l) == Colour::ZERO && smooth.sample(&SurfacePoint::with_normal(n), -c, DVec2::ZERO, 0.5).is_none());
     }
 
     #[test]
     fn rough_metals_are_as_in_the_paper(n in direction(), camera in above(), light in above(), alpha in roughness()) {
         let (c, l) = (direction_before(n, camera), direction_before(n, light));
         let bsdf = metal(METAL, alpha);
-        let found = bsdf.eval(n, c, l);
+        let found = bsdf.eval(&SurfacePoint::with_normal(n), c, l);
         for channel in 0..3 {
             let expected = reflected(alpha, n, c, l, |cosine| TINT[channel] * fresnel((ETA[channel], K[channel]), cosine));
             prop_assert!(near(found[channel], expected, 1e-8), "{}, {expected}", found[channel]);
         }
-        prop_assert!((found - bsdf.eval(n, l, c)).length() < 1e-9 * (1.0 + found.length()), "reciprocity");
+        prop_assert!((found - bsdf.eval(&SurfacePoint::with_normal(n), l, c)).length() < 1e-9 * (1.0 + found.length()), "reciprocity");
         for (c, l) in [(-c, l), (c, -l), (-c, -l)] {
-            prop_assert!(bsdf.eval(n, c, l) == Colour::ZERO && bsdf.pdf(n, c, l) == 0.0);
+            prop_assert!(bsdf.eval(&SurfacePoint::with_normal(n), c, l) == Colour::ZERO && bsdf.pdf(&SurfacePoint::with_normal(n), c, l) == 0.0);
         }
     }
 
@@ -148,10 +148,10 @@ proptest! {
         // From outside, then from inside.
         for (own, eta) in [(n, eta), (-n, 1.0 / eta)] {
             let expected = reflected(alpha, n, c, l, |cosine| fresnel((eta, 0.0), cosine));
-            prop_assert!(near(bsdf.eval(own, c, l).x, expected, 1e-8));
-            let (found, expected) = (bsdf.eval(own, c, -l).x, refracted(alpha, n, c, -l, eta));
+            prop_assert!(near(bsdf.eval(&SurfacePoint::with_normal(own), c, l).x, expected, 1e-8));
+            let (found, expected) = (bsdf.eval(&SurfacePoint::with_normal(own), c, -l).x, refracted(alpha, n, c, -l, eta));
             prop_assert!(near(found, expected, 1e-8), "{found}, {expected}");
-            let back = bsdf.eval(own, -l, c).x;
+            let back = bsdf.eval(&SurfacePoint::with_normal(own), -l, c).x;
             prop_assert!(near(back, found * eta * eta, 1e-8), "reciprocity of f_r/η²: {found}, {back}");
         }
     }
@@ -161,11 +161,11 @@ proptest! {
     fn samples_are_as_evaluated(n in direction(), camera in above(), u in unit_square(), lobe in 0.0..1.0_f64, alpha in roughness(), eta in index()) {
         let c = direction_before(n, camera);
         for (bsdf, c) in [(metal(METAL, alpha), c), (glass(eta, alpha), c), (glass(eta, alpha), -c)] {
-            let Some(sample) = bsdf.sample(n, c, u, lobe) else { continue };
+            let Some(sample) = bsdf.sample(&SurfacePoint::with_normal(n), c, u, lobe) else { continue };
             let l = sample.direction;
             let pdf = sample.pdf.expect("a density");
-            prop_assert!((l.length() - 1.0).abs() < ROUNDING && near(pdf, bsdf.pdf(n, c, l), 1e-9));
-            let value = bsdf.eval(n, c, l) * n.dot(l).abs() / pdf;
+            prop_assert!((l.length() - 1.0).abs() < ROUNDING && near(pdf, bsdf.pdf(&SurfacePoint::with_normal(n), c, l), 1e-9));
+            let value = bsdf.eval(&SurfacePoint::with_normal(n), c, l) * n.dot(l).abs() / pdf;
             // Grazing directions lose digits in the half vector.
             prop_assert!((sample.weight - value).length() < 1e-5 * (1.0 + value.length()), "{} {value} {pdf}", sample.weight);
             let relative = if n.dot(c) > 0.0 { eta } else { 1.0 / eta };
@@ -180,11 +180,11 @@ proptest! {
         let (c, l) = (direction_before(n, camera), direction_before(n, light));
         let glass = glass(eta, alpha);
         for (bsdf, c, l) in [(metal(METAL, alpha), c, l), (glass, c, l), (glass, -c, -l), (glass, c, -l), (glass, -c, l)] {
-            if !(bsdf.eval(n, c, l).x > 1e-12) || next_to_total_reflection(eta, n, c, l) {
+            if !(bsdf.eval(&SurfacePoint::with_normal(n), c, l).x > 1e-12) || next_to_total_reflection(eta, n, c, l) {
                 continue;
             }
-            let log = |c: DVec3, l: DVec3| bsdf.eval(n, c.normalize(), l.normalize()).to_array().map(f64::ln);
-            let (by_c, by_l) = bsdf.log_gradient(n, c, l).expect("built in");
+            let log = |c: DVec3, l: DVec3| bsdf.eval(&SurfacePoint::with_normal(n), c.normalize(), l.normalize()).to_array().map(f64::ln);
+            let (by_c, by_l) = bsdf.log_gradient(&SurfacePoint::with_normal(n), c, l).expect("built in");
             let expected_c = gradient(|w| log(DVec3::from_array(w), l), c.to_array());
             let expected_l = gradient(|w| log(c, DVec3::from_array(w)), l.to_array());
             for channel in 0..3 {
@@ -216,13 +216,13 @@ proptest! {
             for n in [n, -n] {
                 let front = two.facing(n, c);
                 prop_assert!(front.dot(c) > 0.0);
-                prop_assert_eq!(one.eval(front, c, l), two.eval(n, c, l));
-                prop_assert_eq!(one.eval_or_weight(front, c, l), two.eval_or_weight(n, c, l));
-                prop_assert_eq!(one.pdf(front, c, l), two.pdf(n, c, l));
-                prop_assert_eq!(one.log_gradient(front, c, l), two.log_gradient(n, c, l));
-                let [a, b] = [(one, front), (two, n)].map(|(bsdf, n)| bsdf.sample(n, c, u, 0.5).map(|s| (s.direction, s.weight, s.pdf)));
+                prop_assert_eq!(one.eval(&SurfacePoint::with_normal(front), c, l), two.eval(&SurfacePoint::with_normal(n), c, l));
+                prop_assert_eq!(one.eval_or_weight(&SurfacePoint::with_normal(front), c, l), two.eval_or_weight(&SurfacePoint::with_normal(n), c, l));
+                prop_assert_eq!(one.pdf(&SurfacePoint::with_normal(front), c, l), two.pdf(&SurfacePoint::with_normal(n), c, l));
+                prop_assert_eq!(one.log_gradient(&SurfacePoint::with_normal(front), c, l), two.log_gradient(&SurfacePoint::with_normal(n), c, l));
+                let [a, b] = [(one, front), (two, n)].map(|(bsdf, n)| bsdf.sample(&SurfacePoint::with_normal(n), c, u, 0.5).map(|s| (s.direction, s.weight, s.pdf)));
                 prop_assert_eq!(a, b);
-                prop_assert_eq!(two.eval(n, c, -l), Colour::ZERO);
+                prop_assert_eq!(two.eval(&SurfacePoint::with_normal(n), c, -l), Colour::ZERO);
             }
         }
     }
@@ -279,10 +279,10 @@ fn samples_follow_their_density() {
         let mut counts = vec![0; PARTS[0] * PARTS[1] + 1];
         for _ in 0..SAMPLES {
             let mut number = || uniform(&mut rng, 0.0, 1.0);
-            let sample = bsdf.sample(n, c, DVec2::new(number(), number()), number());
+            let sample = bsdf.sample(&SurfacePoint::with_normal(n), c, DVec2::new(number(), number()), number());
             counts[sample.map_or(PARTS[0] * PARTS[1], |sample| part(n, sample.direction))] += 1;
         }
-        let mut probabilities = integrals(n, |l| bsdf.pdf(n, c, l));
+        let mut probabilities = integrals(n, |l| bsdf.pdf(&SurfacePoint::with_normal(n), c, l));
         let total: f64 = probabilities.iter().sum();
         assert!(total < 1.0 + 1e-4 && total > 0.5, "{total}");
         probabilities.push((1.0 - total).max(0.0));
@@ -300,7 +300,7 @@ fn hardly_rough_surfaces_lose_nothing() {
         [(metal(PERFECT, 0.02), 0.8), (glass(1.5, 0.02), 0.8), (glass(1.5, 0.02), -0.9), (glass(1.5, 0.02), -0.6)]
     {
         let c = direction_before(n, (height, 0.3));
-        let probability: f64 = integrals(n, |l| bsdf.pdf(n, c, l)).iter().sum();
+        let probability: f64 = integrals(n, |l| bsdf.pdf(&SurfacePoint::with_normal(n), c, l)).iter().sum();
         let energy: f64 = integrals(n, |l| energy(&bsdf, n, c, l)).iter().sum();
         println!("{bsdf:?} at {height}: {probability:.6}, {energy:.6}");
         assert!((probability - 1.0).abs() < 1e-3 && energy < 1.0 + 1e-3 && energy > 0.998);
@@ -315,7 +315,7 @@ fn energy(bsdf: &Bsdf, n: DVec3, c: DVec3, l: DVec3) -> f64 {
         _ => 1.0,
     };
     let passed = if n.dot(c) * n.dot(l) < 0.0 { eta * eta } else { 1.0 };
-    bsdf.eval(n, c, l).x * n.dot(l).abs() * passed
+    bsdf.eval(&SurfacePoint::with_normal(n), c, l).x * n.dot(l).abs() * passed
 }
 
 /// What lets one direction see another loses light between microfacets, but never makes any.
@@ -346,7 +346,8 @@ fn the_limit_of_roughness_is_smooth() {
             (glass(1.5, 1e-4), Bsdf::Dielectric { eta: 1.5 }, -c),
         ];
         for (rough, smooth, c) in pairs {
-            let [a, b] = [rough, smooth].map(|bsdf| bsdf.sample(n, c, u, lobe).expect("a direction"));
+            let [a, b] =
+                [rough, smooth].map(|bsdf| bsdf.sample(&SurfacePoint::with_normal(n), c, u, lobe).expect("a direction"));
             assert!((a.direction - b.direction).length() < 1e-3 && (a.weight - b.weight).length() < 1e-3, "{rough:?}");
             assert_eq!(a.eta_squared, b.eta_squared);
         }

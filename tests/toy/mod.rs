@@ -117,6 +117,14 @@ impl Shape {
         }
     }
 
+    /// A point of it; of a disc or a sphere the centre.
+    pub fn corner(&self) -> DVec3 {
+        match *self {
+            Self::Parallelogram { corner, .. } | Self::Triangle { corner, .. } => corner,
+            Self::Disc { centre, .. } | Self::Sphere { centre, .. } => centre,
+        }
+    }
+
     /// Distance along the line to the shape, from `t_min` on.
     fn distance(&self, line: &Line, t_min: f64) -> Option<f64> {
         let (normal, through) = match *self {
@@ -175,12 +183,13 @@ impl Geometry {
         self.boxes.iter().rev().find(|b| b.holds(x)).map_or(NONE, |b| b.medium)
     }
 
-    fn nearest(&self, line: &Line, t_min: f64, t_max: f64) -> Option<(f64, &Surface)> {
-        let mut nearest: Option<(f64, &Surface)> = None;
-        for surface in &self.surfaces {
+    /// The distance to a surface, its number, counted from 1, and itself.
+    fn nearest(&self, line: &Line, t_min: f64, t_max: f64) -> Option<(f64, u64, &Surface)> {
+        let mut nearest: Option<(f64, u64, &Surface)> = None;
+        for (number, surface) in (1..).zip(&self.surfaces) {
             let Some(t) = surface.shape.distance(line, t_min.max(1e-9)) else { continue };
-            if t < nearest.map_or(t_max, |(t, _)| t) {
-                nearest = Some((t, surface));
+            if t < nearest.map_or(t_max, |(t, ..)| t) {
+                nearest = Some((t, number, surface));
             }
         }
         nearest
@@ -227,8 +236,8 @@ impl Geometry {
         let line = Line { origin: ray.origin.wide(), direction: ray.direction.wide() };
         *hit = Hit::EMPTY;
         let mut length = f64::from(ray.t_max);
-        if let Some((t, surface)) = self.nearest(&line, ray.t_min.into(), length) {
-            (hit.kind, hit.t) = (HIT_SURFACE, t as f32);
+        if let Some((t, number, surface)) = self.nearest(&line, ray.t_min.into(), length) {
+            (hit.kind, hit.t, hit.user) = (HIT_SURFACE, t as f32, number);
             (hit.material, hit.light) = (surface.material, surface.light);
             hit.normal = surface.shape.normal(line.at(t)).into();
             hit.shading_normal = hit.normal;

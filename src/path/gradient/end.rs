@@ -51,7 +51,7 @@ impl End<'_> {
             Side::Previous => (&mut sum.phase_previous, &mut sum.profile_previous),
             Side::Next => (&mut sum.phase_next, &mut sum.profile_next),
         };
-        let (normal, to_x) = (self.q.normal, -seen.towards);
+        let (at, to_x) = (self.q.surface(), -seen.towards);
         let by_direction = match self.q.node {
             Node::Camera(camera) => {
                 sum.importance = seen.importance_gradient(camera);
@@ -63,8 +63,8 @@ impl End<'_> {
             }
             node if node.is_direction() => return Ok(()),
             Node::Surface(bsdf) => match self.side {
-                Side::Previous => bsdf.log_gradient(normal, self.q_onwards, to_x).map(|(_, by_light)| by_light),
-                Side::Next => bsdf.log_gradient(normal, to_x, self.q_onwards).map(|(by_camera, _)| by_camera),
+                Side::Previous => bsdf.log_gradient(&at, self.q_onwards, to_x).map(|(_, by_light)| by_light),
+                Side::Next => bsdf.log_gradient(&at, to_x, self.q_onwards).map(|(by_camera, _)| by_camera),
             },
             Node::Light(light) => light.log_gradient(to_x),
         };

@@ -75,9 +75,9 @@ impl<'a> Joined<'_, 'a> {
             Kind::Medium { index, .. } => {
                 self.scene.medium(index).map_or(Colour::ZERO, |medium| medium.albedo * vertex.extinction)
             }
-            Kind::Surface { bsdf, normal, .. } => {
+            Kind::Surface { bsdf, normal, user, .. } => {
                 let (to_camera, to_light) = self.directions(i);
-                bsdf.eval_or_weight(normal, to_camera, to_light)
+                bsdf.eval_or_weight(&vertex.surface(normal, user), to_camera, to_light)
             }
             _ => Colour::ONE,
         }
@@ -180,9 +180,9 @@ impl<'a> Joined<'_, 'a> {
         let (vertex, edge) = (self.vertex(i), self.edge(i - 1));
         let place = match vertex.kind {
             Kind::Medium { index, .. } => Place::Medium(index),
-            Kind::Surface { bsdf, material, normal, media, .. } => {
+            Kind::Surface { bsdf, material, normal, media, user, .. } => {
                 let facing = bsdf.facing(normal, edge.back);
-                Place::Surface { material, normal: facing, medium: media[usize::from(facing != normal)] }
+                Place::Surface { material, normal: facing, medium: media[usize::from(facing != normal)], user }
             }
             _ => return Ok(None),
         };
@@ -251,10 +251,11 @@ impl<'a> Joined<'_, 'a> {
         let mut chain = Chain::new(-self.edge(run).back, run - 1, Colour::ONE);
         for i in run..self.last() {
             chain.pass(self.edge(i).optical_depth, 1.0);
-            let Kind::Surface { bsdf, normal, .. } = self.vertex(i + 1).kind else { continue };
+            let vertex = self.vertex(i + 1);
+            let Kind::Surface { bsdf, normal, user, .. } = vertex.kind else { continue };
             if i + 1 < self.last() {
                 let (to_camera, to_light) = self.directions(i + 1);
-                let bounce = Bounce::new(bsdf, normal, to_camera, to_light);
+                let bounce = Bounce::new(bsdf, &vertex.surface(normal, user), to_camera, to_light);
                 let weight = bounce.value;
                 chain.bounce(&bounce, weight).then_some(())?;
             }

@@ -324,7 +324,8 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
         }
         let bsdf = self.scene.materials.get(hit.material as usize)?;
         let media = [hit.medium_beyond(true), hit.medium_beyond(false)];
-        let kind = Kind::Surface { material: hit.material, bsdf, normal: hit.unit_normal(), media, light: hit.light };
+        let (normal, user) = (hit.unit_normal(), hit.user);
+        let kind = Kind::Surface { material: hit.material, bsdf, normal, media, user, light: hit.light };
         let position = origin + length * self.direction;
         Some(Vertex { kind, position, edge, epsilon: surface_epsilon(position, length), ..EMPTY })
     }
@@ -361,7 +362,9 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
                 let pdf = Some(phase.eval(back.dot(direction)));
                 Some(BsdfSample { direction, weight: Colour::ONE, pdf, eta_squared: 1.0 })
             }
-            Kind::Surface { bsdf, normal, .. } => bsdf.sample(normal, back, u, number(numbers, Slot::Lobe)),
+            Kind::Surface { bsdf, normal, user, .. } => {
+                bsdf.sample(&vertex.surface(normal, user), back, u, number(numbers, Slot::Lobe))
+            }
             _ => None,
         }
     }

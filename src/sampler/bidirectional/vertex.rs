@@ -6,7 +6,7 @@
 
 use crate::math::{Colour, DVec2, DVec3, disk_number, mean, orthonormal_basis};
 use crate::phase::Phase;
-use crate::scene::{Bounds, Bsdf, Light, Scene};
+use crate::scene::{Bounds, Bsdf, Light, Scene, SurfacePoint};
 use core::f64::consts::PI;
 
 /// What a vertex is.
@@ -23,6 +23,8 @@ pub enum Kind<'a> {
         /// As the surface is oriented, and the media on its side and on the other.
         normal: DVec3,
         media: [u32; 2],
+        /// `volgrad_hit.user`
+        user: u64,
         /// The light that it is, or NONE.
         light: u32,
     },
@@ -97,6 +99,11 @@ impl Vertex<'_> {
         matches!(self.kind, Kind::Surface { bsdf, .. } if bsdf.is_specular())
     }
 
+    /// Its point on a surface of which this is known.
+    pub fn surface(&self, normal: DVec3, user: u64) -> SurfacePoint {
+        SurfacePoint { position: self.position, normal, user }
+    }
+
     /// For a light's vertex: whether a path that goes on can find it.
     pub fn can_be_found(&self) -> bool {
         match self.kind {
@@ -118,7 +125,9 @@ impl Vertex<'_> {
     pub fn scattering(&self, to_camera: DVec3, to_light: DVec3, leaving: DVec3) -> Colour {
         match self.kind {
             Kind::Medium { phase, .. } => Colour::splat(phase.eval(to_camera.dot(to_light))),
-            Kind::Surface { bsdf, normal, .. } => bsdf.eval(normal, to_camera, to_light) * normal.dot(leaving).abs(),
+            Kind::Surface { bsdf, normal, user, .. } => {
+                bsdf.eval(&self.surface(normal, user), to_camera, to_light) * normal.dot(leaving).abs()
+            }
             _ => Colour::ZERO,
         }
     }
@@ -137,7 +146,7 @@ impl Vertex<'_> {
         match self.kind {
             Kind::Medium { phase, .. } => phase.eval(from.dot(to)),
             Kind::Surface { bsdf, normal, .. } if bsdf.is_specular() => bsdf.specular_density(normal, from, to),
-            Kind::Surface { bsdf, normal, .. } => bsdf.pdf(normal, from, to),
+            Kind::Surface { bsdf, normal, user, .. } => bsdf.pdf(&self.surface(normal, user), from, to),
             _ => 0.0,
         }
     }

@@ -64,6 +64,7 @@ fn look(room: &mut Room, change: Change, technique: Technique, to: &mut [Vertex]
 }
 
 fn of_path(vertex: &SubpathVertex, is_last: bool) -> Vertex {
+    let user = if let Kind::Surface { user, .. } = vertex.kind { user } else { 0 };
     let (kind, index, normal) = match vertex.kind {
         Kind::Camera => (VERTEX_CAMERA, 0, None),
         Kind::Medium { index, .. } => (VERTEX_MEDIUM, index, None),
@@ -73,5 +74,5 @@ fn of_path(vertex: &SubpathVertex, is_last: bool) -> Vertex {
         Kind::Far { index, .. } => (VERTEX_LIGHT, index, None),
     };
     let normal = normal.map_or(Vec3::default(), Vec3::from);
-    Vertex { kind, index, position: vertex.position.into(), normal, shading_normal: normal }
+    Vertex { kind, index, user, position: vertex.position.into(), normal, shading_normal: normal }
 }
