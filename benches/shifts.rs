@@ -6,7 +6,7 @@ mod volumes;
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::cell::{LazyCell, RefCell};
 use std::hint::black_box;
-use volgrad::film::{Cell, Film};
+use volgrad::film::{Cell, Count, Film};
 use volgrad::math::{Colour, DVec2};
 use volgrad::medium::{Line, Medium, optical_depth_or_dark};
 use volgrad::phase::Phase;
@@ -128,9 +128,9 @@ fn batch(
 fn bench(c: &mut Criterion, scene: &Scene, name: &str, options: &Options) {
     let samples = LazyCell::new(|| samples(scene, options));
     let mut passes = 0..;
-    let mut cells = vec![Cell::default(); (CAMERA.width * CAMERA.height) as usize];
-    let mut dropped = 0;
-    let mut film = Film { width: CAMERA.width, height: CAMERA.height, cells: &mut cells, dropped: &mut dropped };
+    let cells = vec![Cell::default(); (CAMERA.width * CAMERA.height) as usize];
+    let dropped = Count::default();
+    let mut film = Film { width: CAMERA.width, height: CAMERA.height, cells: &cells, dropped: &dropped, is_shared: false };
     let mut scratch = Scratch::default();
     c.bench_function(name, |bencher| {
         bencher.iter(|| {
@@ -142,8 +142,8 @@ fn bench(c: &mut Criterion, scene: &Scene, name: &str, options: &Options) {
 
 /// The rays that an exact batch asks about in each query.
 fn questions(scene: &Scene, options: &Options, sample: &Sample, pass: u64) -> Vec<Vec<Ray>> {
-    let mut dropped = 0;
-    let mut film = Film { width: 0, height: 0, cells: &mut [], dropped: &mut dropped };
+    let dropped = Count::default();
+    let mut film = Film { width: 0, height: 0, cells: &[], dropped: &dropped, is_shared: false };
     let log = Log::default();
     batch(scene, &log, options, sample, pass, &mut Scratch::default(), &mut film);
     log.0.into_inner()

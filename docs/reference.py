@@ -181,15 +181,20 @@ def parse(header):
         elif match := re.match(r"typedef struct (volgrad_\w+) \1;", line):
             structs.append((match[1], text, []))
         elif match := re.match(r"typedef .*\(\*(volgrad_\w+)\)", line):
-            callbacks.append((match[1], text, line))
+            callbacks.append((match[1], text, whole(line, lines)))
         elif match := re.match(r"(volgrad_status|const char \*|uint32_t )\s?(volgrad_\w+)\((.*)", line):
-            declared = line
-            while not declared.endswith(";"):
-                declared += "\n" + next(lines)
+            declared = whole(line, lines)
             inside = clean(declared[declared.index("(") + 1 : declared.rindex(")")])
             parameters = [] if inside == "void" else [split(parameter) for parameter in inside.split(",")]
             functions.append(Function(match[2], match[1].strip(), parameters, text, declared))
     return functions, structs, constants, callbacks, statuses
+
+
+def whole(declared, lines):
+    """A declaration to its end."""
+    while not declared.endswith(";"):
+        declared += "\n" + next(lines)
+    return declared
 
 
 def split(parameter):

@@ -5,7 +5,7 @@
  *  - A fallible function returns a volgrad_status and writes its results through its last pointers, only if it succeeds.
  *    No value behind valid pointers makes the library panic, abort, or read out of bounds; the insides of its own objects are not yours to write.
  *  - A const pointer is not written to, and may be shared between threads (a scene with custom media, materials or lights counts atomically
- *    in its own memory). A non-const one belongs to one thread at a time.
+ *    in its own memory). A non-const one belongs to one thread at a time, but for films of volgrad_film_init_shared.
  *  - The library starts no threads, has no globals, and allocates nothing (but for volgrad_exr_*). Objects live in memory of yours:
  *    ask for the size, hand the memory over, free it when you like.
  *  - Structs that begin with struct_size are filled by their _default function or, if there is none, zeroed and given their size, so
@@ -48,8 +48,9 @@
 #define VOLGRAD_BSDF_TRANSMITS 1
 
 // `volgrad_custom_bsdf.flags`: f_r is the same for all pairs of directions on the side of the normal, and 0 otherwise, like that of a diffuse
-// surface with a texture. Only `eval` is called then, with the normal for both directions; the other functions may be NULL. Shifted paths
-// connect to such surfaces, and to no other custom ones.
+// surface with a texture, and at most 1/pi. Only `eval` is called then, with (0, 0, 1) for both directions; the other functions may be NULL,
+// and are not called if they are not. Shifted paths connect to such surfaces, and to no other custom ones. The material may be
+// `VOLGRAD_MATERIAL_TWO_SIDED`.
 #define VOLGRAD_BSDF_LAMBERTIAN 2
 
 // Paths whose first vertex after the camera is in a medium.
@@ -377,8 +378,8 @@ typedef struct volgrad_hit {
   // Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
   // Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
   uint32_t segment_count;
-  // Anything that says where on which surface this is: custom BSDFs get it back (`volgrad_surface_point`), and paths that are handed out
-  // have it in their vertices. Not looked at otherwise.
+  // Anything that says where on which surface this is, or 0: custom BSDFs get it back (`volgrad_surface_point`), and paths that are handed
+  // out have it in their vertices.
   uint64_t user;
   // Distance to the surface, world units, > 0.
   float t;
@@ -550,7 +551,8 @@ typedef struct volgrad_vertex {
   uint32_t kind;
   // Index into the scene's media, materials or lights, by kind. Unused for the camera.
   uint32_t index;
-  // Of a surface: what custom BSDFs get back (`volgrad_hit.user`). Unused otherwise.
+  // Of a surface: what custom BSDFs get back (`volgrad_hit.user`), or 0; `volgrad_shift_paths` takes vertices for the same only if it is the
+  // same. Unused otherwise.
   uint64_t user;
   // World position; for an environment or directional light the unit direction towards it. For a thin lens
   // camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
@@ -559,6 +561,7 @@ typedef struct volgrad_vertex {
   struct volgrad_vec3 normal;
   // Shading normal; this version reads the geometric one only. Set both alike.
   struct volgrad_vec3 shading_normal;
+  uint32_t reserved;
 } volgrad_vertex;
 
 // Which field was wrong, beside a status.
@@ -822,10 +825,12 @@ typedef struct volgrad_medium {
 typedef struct volgrad_surface_point {
   // `volgrad_hit.user` of the hit, or `volgrad_vertex.user` of the path's vertex, that led here.
   uint64_t user;
-  // World position. The modes LINEAR_DEPTH and TWO_LEVEL also ask near the surface that `user` is of, in its tangent plane.
+  // World position, off the surface by rounding. The modes LINEAR_DEPTH and TWO_LEVEL also ask anywhere in the tangent plane of the point that
+  // `user` is of: clamp or wrap what you look up.
   struct volgrad_vec3 position;
   // The frame in which directions are given, as unit vectors in the world. `z` is the surface's normal, turned to the side of `to_camera` if
-  // the material is `VOLGRAD_MATERIAL_TWO_SIDED`. `x` and `y` are the same for equal normals.
+  // the material is `VOLGRAD_MATERIAL_TWO_SIDED`. `x` and `y` are any two axes across it, z = x cross y, and not continuous along a surface: for
+  // a grain, bring a tangent of yours into the frame by its dot products with the three.
   struct volgrad_vec3 x;
   struct volgrad_vec3 y;
   struct volgrad_vec3 z;
@@ -882,7 +887,7 @@ typedef struct volgrad_custom_bsdf {
   volgrad_bsdf_eval_fn eval;
   volgrad_bsdf_pdf_fn pdf;
   volgrad_bsdf_sample_fn sample;
-  // May be NULL. Only the gradients of a path need it, where a vertex beside one on this material moves: they say
+  // May be NULL. Only the gradients of a path need it, where a vertex beside one on this material moves, unless that is Lambertian: they say
   // `VOLGRAD_ERROR_NO_GRADIENT` then. No mode of shifts does.
   volgrad_bsdf_gradient_fn log_gradient;
 } volgrad_custom_bsdf;
@@ -1326,6 +1331,16 @@ volgrad_status volgrad_film_size(uint32_t width, uint32_t height, size_t *bytes)
 // Makes an empty film in `memory`: `bytes` as from `volgrad_film_size`, aligned to 16. There is nothing else to free.
 // Costs writing all of it. `VOLGRAD_ERROR_RANGE` as for `volgrad_film_size`.
 volgrad_status volgrad_film_init(void *memory, size_t bytes, uint32_t width, uint32_t height, struct volgrad_film **film);
+
+// The same, of a film that any number of threads may add to at a time, by `volgrad_film_add`, `volgrad_film_merge`, samplers and chains: a call that
+// wants a film of its own takes this one from all of them. Sums are as exact, so that the image does not depend on the threads either.
+// Look at it (`_develop`, `_dropped`, `_merge` from it, a copy of its memory) while no thread is adding.
+// Costs as `volgrad_film_init`; a splat costs some nanoseconds more than in a film that belongs to a thread.
+volgrad_status volgrad_film_init_shared(void *memory,
+                                        size_t bytes,
+                                        uint32_t width,
+                                        uint32_t height,
+                                        struct volgrad_film **film);
 
 // Adds `count` splats to the pixels that contain them. Those that are not finite, beyond 1e9 or off the film are dropped and counted.
 // Sums are exact, in steps of 2^-64: their order does not matter.

@@ -503,13 +503,9 @@ class film {
 #ifndef VOLGRAD_NO_EXCEPTIONS
     film(std::uint32_t width, std::uint32_t height) { init(width, height); }
 #endif
-    result init(std::uint32_t width, std::uint32_t height) {
-        std::size_t bytes = 0;
-        const volgrad_status status = volgrad_film_size(width, height, &bytes);
-        return detail::finish(film_.make(status, bytes, [&](void *memory, std::size_t size, volgrad_film **made) {
-            return volgrad_film_init(memory, size, width, height, made);
-        }));
-    }
+    result init(std::uint32_t width, std::uint32_t height) { return make(width, height, volgrad_film_init); }
+    /* Of which any number of threads may use one reference at a time, to add to it. */
+    result init_shared(std::uint32_t width, std::uint32_t height) { return make(width, height, volgrad_film_init_shared); }
     result add(span<const volgrad_splat> splats) { return detail::finish(volgrad_film_add(film_.get(), splats.data(), splats.size())); }
     result merge(const volgrad_film *from) { return detail::finish(volgrad_film_merge(film_.get(), from)); }
     result develop(double scale, span<float> rgb) const {
@@ -521,6 +517,13 @@ class film {
     operator const volgrad_film *() const noexcept { return film_.get(); }
 
   private:
+    template <class Init> result make(std::uint32_t width, std::uint32_t height, Init in_memory) {
+        std::size_t bytes = 0;
+        const volgrad_status status = volgrad_film_size(width, height, &bytes);
+        return detail::finish(film_.make(status, bytes, [&](void *memory, std::size_t size, volgrad_film **made) {
+            return in_memory(memory, size, width, height, made);
+        }));
+    }
     detail::object<volgrad_film> film_;
 };
 

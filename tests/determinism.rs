@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use toy::Geometry;
 use toy::batch::record;
 use toy::scenes::{World, camera, edges_under_area_lights, edges_with_specular_surfaces, homogeneous};
-use volgrad::film::{Cell, Film};
+use volgrad::film::{Cell, Count, Film};
 use volgrad::math::{Colour, Vec3};
 use volgrad::sampler::{FirstVertices, Options, PathTracer, Stats, shift_numbers};
 use volgrad::scene::{HIT_NONE, HIT_OVERFLOW, HIT_SURFACE, Hit, Light, MAX_SEGMENTS, Queries, Ray, Stop};
@@ -33,17 +33,17 @@ fn options(shift: Option<(Mode, Kernel)>) -> Options {
 #[derive(Clone, Debug, PartialEq)]
 struct Picture {
     cells: Vec<Cell>,
-    dropped: u64,
+    dropped: Count,
     stats: Stats,
 }
 
 impl Picture {
     fn new() -> Self {
-        Self { cells: vec![Cell::default(); PIXELS as usize], dropped: 0, stats: Stats::default() }
+        Self { cells: vec![Cell::default(); PIXELS as usize], dropped: Count::default(), stats: Stats::default() }
     }
 
-    fn film(&mut self) -> Film<'_> {
-        Film { width: 8, height: 8, cells: &mut self.cells, dropped: &mut self.dropped }
+    fn film(&self) -> Film<'_> {
+        Film { width: 8, height: 8, cells: &self.cells, dropped: &self.dropped, is_shared: false }
     }
 
     /// Samples those passes' pixels; stops at the first error.
@@ -76,7 +76,7 @@ impl Picture {
     }
 
     fn merge(mut self, other: Self) -> Self {
-        self.film().merge(&other.cells, other.dropped);
+        self.film().merge(&other.cells, other.dropped.get());
         let (a, b) = (&mut self.stats, other.stats);
         a.paths += b.paths;
         a.rays += b.rays;
@@ -117,7 +117,7 @@ const SHIFTS: [(Mode, Kernel); 6] = [
 /// Largest difference of two pictures' cells.
 fn difference(a: &Picture, b: &Picture) -> u128 {
     let cells = a.cells.iter().zip(&b.cells);
-    cells.flat_map(|(a, b)| (0..3).map(|i| a.0[i].abs_diff(b.0[i]))).max().expect("a picture has cells")
+    cells.flat_map(|(a, b)| (0..3).map(|i| a.sums()[i].abs_diff(b.sums()[i]))).max().expect("a picture has cells")
 }
 
 /// Paths by their first vertex: each is in one layer, with all that it is worth in the image, up to roundings of sums.
@@ -156,7 +156,7 @@ fn any_split_and_order_gives_the_same_bits() {
     for shift in SHIFTS {
         let picture = |work: &mut dyn Iterator<Item = Work>| Picture::of(&world, options(Some(shift)), work).without_rays();
         let whole = picture(&mut work(PIXELS));
-        assert!(whole.stats.shifted_paths > 100 && whole.cells.iter().filter(|cell| cell.0[1] > 0).count() > 50);
+        assert!(whole.stats.shifted_paths > 100 && whole.cells.iter().filter(|cell| cell.sums()[1] > 0).count() > 50);
         for length in [1, 7, 24] {
             assert_eq!(whole, picture(&mut work(length)), "{shift:?}, {length} pixels at a time");
             assert_eq!(whole, picture(&mut work(length).rev()), "{shift:?}, {length} pixels at a time, backwards");

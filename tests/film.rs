@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use rand_core::Rng;
 use rand_pcg::Pcg64;
 use reference::random::*;
-use volgrad::film::{Cell, Film, LARGEST, LEAST};
+use volgrad::film::{Cell, Count, Film, LARGEST, LEAST};
 use volgrad::math::{Colour, DVec2};
 
 const WIDTH: u32 = 5;
@@ -16,30 +16,31 @@ const HEIGHT: u32 = 3;
 #[derive(Clone, Debug, PartialEq)]
 struct Owned {
     cells: Vec<Cell>,
-    dropped: u64,
+    dropped: Count,
+    is_shared: bool,
 }
 
 impl Owned {
     fn new() -> Self {
-        Self { cells: vec![Cell::default(); (WIDTH * HEIGHT) as usize], dropped: 0 }
+        Self { cells: vec![Cell::default(); (WIDTH * HEIGHT) as usize], dropped: Count::default(), is_shared: false }
     }
 
     fn of(splats: &[Splat]) -> Self {
-        let mut film = Self::new();
+        let film = Self::new();
         splats.iter().for_each(|splat| film.add(*splat));
         film
     }
 
-    fn film(&mut self) -> Film<'_> {
-        Film { width: WIDTH, height: HEIGHT, cells: &mut self.cells, dropped: &mut self.dropped }
+    fn film(&self) -> Film<'_> {
+        Film { width: WIDTH, height: HEIGHT, cells: &self.cells, dropped: &self.dropped, is_shared: self.is_shared }
     }
 
-    fn add(&mut self, (pixel, value): Splat) {
+    fn add(&self, (pixel, value): Splat) {
         self.film().add(pixel, value);
     }
 
-    fn merge(&mut self, other: &Self) {
-        self.film().merge(&other.cells, other.dropped);
+    fn merge(&self, other: &Self) {
+        self.film().merge(&other.cells, other.dropped.get());
     }
 
     fn value(&self, x: u32, y: u32) -> Colour {
@@ -86,7 +87,7 @@ proptest! {
             parts[(rng.next_u64() % films as u64) as usize].add(*splat);
         }
         parts.rotate_left((rng.next_u64() % films as u64) as usize);
-        let mut merged = Owned::new();
+        let merged = Owned::new();
         parts.iter().for_each(|part| merged.merge(part));
         prop_assert_eq!(merged, Owned::of(&splats));
     }
@@ -95,7 +96,7 @@ proptest! {
     #[test]
     fn negative_splats_cancel(seed in any::<u64>(), count in 0..300_usize) {
         let splats = random_splats(&mut generator(seed), count);
-        let mut film = Owned::of(&splats);
+        let film = Owned::of(&splats);
         splats.iter().for_each(|(pixel, value)| film.add((*pixel, -*value)));
         prop_assert_eq!(film.cells, Owned::new().cells);
     }
@@ -103,7 +104,7 @@ proptest! {
     /// Within a rounding of the largest sum and the least unit per splat.
     #[test]
     fn sums_are_right(values in prop::collection::vec(-1e6..1e6_f64, 1..100)) {
-        let mut film = Owned::new();
+        let film = Owned::new();
         values.iter().for_each(|value| film.add((DVec2::new(2.5, 1.5), Colour::new(*value, -value, 0.0))));
         // A sum of at most 100 doubles of at most 1e6.
         let sum: f64 = values.iter().sum();
@@ -116,7 +117,7 @@ proptest! {
 fn splats_land_in_the_pixel_that_contains_them() {
     for (x, y) in [(0, 0), (4, 0), (0, 2), (4, 2), (3, 1)] {
         for (dx, dy) in [(0.0, 0.0), (0.5, 0.5), (1.0 - 1e-12, 0.0), (0.0, 1.0 - 1e-12)] {
-            let mut film = Owned::new();
+            let film = Owned::new();
             film.add((DVec2::new(f64::from(x) + dx, f64::from(y) + dy), Colour::ONE));
             assert_eq!(film.value(x, y), Colour::ONE, "({x} + {dx}, {y} + {dy})");
             assert_eq!(film.cells.iter().filter(|cell| **cell != Cell::default()).count(), 1);
@@ -140,7 +141,7 @@ fn values_of_a_double_come_back() {
         1.4 * LEAST,
         0.75 * LARGEST,
     ] {
-        let mut film = Owned::new();
+        let film = Owned::new();
         film.add((DVec2::ZERO, Colour::new(value, 0.0, -value)));
         let expected = (value / LEAST).round() * LEAST;
         assert_eq!(film.value(0, 0), Colour::new(expected, 0.0, -expected), "{value:e}");
@@ -151,7 +152,7 @@ fn values_of_a_double_come_back() {
 /// The least unit is not lost beside the largest splat, as it would be in a double.
 #[test]
 fn small_values_add_up_beside_large_ones() {
-    let mut film = Owned::new();
+    let film = Owned::new();
     let large = 2_f64.powi(29);
     film.add((DVec2::ZERO, Colour::splat(large)));
     for _ in 0..1000 {
@@ -160,7 +161,7 @@ fn small_values_add_up_beside_large_ones() {
     film.add((DVec2::ZERO, Colour::splat(-large)));
     assert_eq!(film.value(0, 0), Colour::splat(1000.0 * LEAST));
 
-    let mut film = Owned::new();
+    let film = Owned::new();
     film.add((DVec2::ZERO, Colour::splat(0.5 * LEAST)));
     film.add((DVec2::ZERO, Colour::splat(f64::MIN_POSITIVE)));
     assert_eq!(film, Owned::new(), "below the least unit nothing is kept, and nothing dropped");
@@ -169,19 +170,20 @@ fn small_values_add_up_beside_large_ones() {
 #[test]
 fn what_cannot_be_summed_is_dropped_and_counted() {
     let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, LARGEST, -LARGEST, f64::MAX];
-    let mut film = Owned::new();
+    let film = Owned::new();
     for value in bad {
         film.add((DVec2::ONE, Colour::new(value, 1.0, 1.0)));
         film.add((DVec2::ONE, Colour::new(1.0, 1.0, value)));
     }
-    assert_eq!(film, Owned { dropped: 2 * bad.len() as u64, ..Owned::new() });
+    assert_eq!(film.dropped.get(), 2 * bad.len() as u64);
+    assert_eq!(film.cells, Owned::new().cells);
 }
 
 #[test]
 fn splats_off_the_image_are_dropped_and_counted() {
     let (width, height) = (f64::from(WIDTH), f64::from(HEIGHT));
     let off = [-1e-300, -1.0, -1e30, 1e30, f64::MAX, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
-    let mut film = Owned::new();
+    let film = Owned::new();
     for coordinate in off {
         film.add((DVec2::new(coordinate, 1.0), Colour::ONE));
         film.add((DVec2::new(1.0, coordinate), Colour::ONE));
@@ -189,17 +191,41 @@ fn splats_off_the_image_are_dropped_and_counted() {
     }
     film.add((DVec2::new(width, 0.0), Colour::ONE));
     film.add((DVec2::new(0.0, height), Colour::ONE));
-    assert_eq!(film, Owned { dropped: 3 * off.len() as u64 + 2, ..Owned::new() });
+    assert_eq!(film.dropped.get(), 3 * off.len() as u64 + 2);
+    assert_eq!(film.cells, Owned::new().cells);
+}
+
+/// Threads add to one film what one thread adds to another: values of both signs, whose sums pass 0 and so carry through both halves of a
+/// cell all the time.
+#[test]
+fn threads_may_share_a_film() {
+    const THREADS: u64 = 4;
+    let splats = |thread: u64| random_splats(&mut generator(thread), 20_000);
+    let shared = Owned { is_shared: true, ..Owned::new() };
+    std::thread::scope(|scope| {
+        for thread in 0..THREADS {
+            let shared = &shared;
+            scope.spawn(move || splats(thread).iter().for_each(|splat| shared.add(*splat)));
+        }
+    });
+    let alone = Owned::new();
+    (0..THREADS).for_each(|thread| splats(thread).iter().for_each(|splat| alone.add(*splat)));
+    assert_eq!(shared.cells, alone.cells);
+    assert_eq!(shared.dropped, alone.dropped);
+    // Merging adds, too.
+    shared.merge(&alone);
+    alone.merge(&alone.clone());
+    assert_eq!(shared.cells, alone.cells);
 }
 
 /// A sum that leaves the range of a cell stays at its end.
 #[test]
 fn sums_beyond_the_range_saturate() {
     let mut film = Owned::new();
-    film.cells[0] = Cell([i128::MAX, i128::MIN, 0]);
+    film.cells[0] = Cell::from([i128::MAX, i128::MIN, 0]);
     film.add((DVec2::ZERO, Colour::new(1.0, -1.0, 1.0)));
-    assert_eq!(film.cells[0].0[..2], [i128::MAX, i128::MIN]);
+    assert_eq!(film.cells[0].sums()[..2], [i128::MAX, i128::MIN]);
     let full = film.clone();
     film.merge(&full);
-    assert_eq!(film.cells[0].0[..2], [i128::MAX, i128::MIN]);
+    assert_eq!(film.cells[0].sums()[..2], [i128::MAX, i128::MIN]);
 }

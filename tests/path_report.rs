@@ -109,7 +109,10 @@ fn a_report_names_what_is_wrong() {
     let said = |vertices: &[Vertex], edge_ends: &[u32]| words(&world, &Path { vertices, segments: &segments, edge_ends });
     let mut wrong = vertices();
     wrong[1].index = 7;
-    assert!(said(&wrong, &[1, 2]).contains("not valid: an index past its array (vertex or edge 1)"));
+    let report = said(&wrong, &[1, 2]);
+    assert!(report.contains("not valid: an index past its array (vertex or edge 1)"));
+    // Where it is, and the edges on both sides of it, help to find it.
+    assert!(report.contains("unknown 7 at ") && report.matches("edge of ").count() == 2, "{report}");
     wrong = vertices();
     wrong[2].position.x = 0.5;
     assert!(said(&wrong, &[1, 2]).contains("not valid: off the lens, or not where the light is (vertex or edge 2)"));

@@ -76,8 +76,9 @@ pub struct volgrad_custom_density {
 pub const VOLGRAD_BSDF_TRANSMITS: u32 = 1;
 
 /// `volgrad_custom_bsdf.flags`: f_r is the same for all pairs of directions on the side of the normal, and 0 otherwise, like that of a diffuse
-/// surface with a texture. Only `eval` is called then, with the normal for both directions; the other functions may be NULL. Shifted paths
-/// connect to such surfaces, and to no other custom ones.
+/// surface with a texture, and at most 1/pi. Only `eval` is called then, with (0, 0, 1) for both directions; the other functions may be NULL,
+/// and are not called if they are not. Shifted paths connect to such surfaces, and to no other custom ones. The material may be
+/// `VOLGRAD_MATERIAL_TWO_SIDED`.
 pub const VOLGRAD_BSDF_LAMBERTIAN: u32 = 2;
 
 /// A point of a surface, as the functions of a `volgrad_custom_bsdf` see it.
@@ -86,10 +87,12 @@ pub const VOLGRAD_BSDF_LAMBERTIAN: u32 = 2;
 pub struct volgrad_surface_point {
     /// `volgrad_hit.user` of the hit, or `volgrad_vertex.user` of the path's vertex, that led here.
     pub user: u64,
-    /// World position. The modes LINEAR_DEPTH and TWO_LEVEL also ask near the surface that `user` is of, in its tangent plane.
+    /// World position, off the surface by rounding. The modes LINEAR_DEPTH and TWO_LEVEL also ask anywhere in the tangent plane of the point that
+    /// `user` is of: clamp or wrap what you look up.
     pub position: Vec3,
     /// The frame in which directions are given, as unit vectors in the world. `z` is the surface's normal, turned to the side of `to_camera` if
-    /// the material is `VOLGRAD_MATERIAL_TWO_SIDED`. `x` and `y` are the same for equal normals.
+    /// the material is `VOLGRAD_MATERIAL_TWO_SIDED`. `x` and `y` are any two axes across it, z = x cross y, and not continuous along a surface: for
+    /// a grain, bring a tangent of yours into the frame by its dot products with the three.
     pub x: Vec3,
     pub y: Vec3,
     pub z: Vec3,
@@ -152,7 +155,7 @@ pub struct volgrad_custom_bsdf {
     pub eval: volgrad_bsdf_eval_fn,
     pub pdf: volgrad_bsdf_pdf_fn,
     pub sample: volgrad_bsdf_sample_fn,
-    /// May be NULL. Only the gradients of a path need it, where a vertex beside one on this material moves: they say
+    /// May be NULL. Only the gradients of a path need it, where a vertex beside one on this material moves, unless that is Lambertian: they say
     /// `VOLGRAD_ERROR_NO_GRADIENT` then. No mode of shifts does.
     pub log_gradient: volgrad_bsdf_gradient_fn,
 }

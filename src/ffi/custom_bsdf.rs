@@ -20,10 +20,6 @@ impl BsdfFunction for Host<volgrad_custom_bsdf> {
         self.table.flags == VOLGRAD_BSDF_TRANSMITS
     }
 
-    fn is_lambertian(&self) -> bool {
-        self.table.flags == VOLGRAD_BSDF_LAMBERTIAN
-    }
-
     fn eval(&self, at: &SurfaceFrame, to_camera: DVec3, to_light: DVec3) -> Colour {
         let mut value = Rgb::default();
         if let Some(eval) = self.table.eval {
@@ -97,7 +93,8 @@ pub(super) unsafe fn host(m: &volgrad_material, i: usize) -> Result<Host<volgrad
 /// The BSDF of material `i`.
 pub(super) fn bsdf(host: &'static Host<volgrad_custom_bsdf>, m: &volgrad_material, i: usize) -> Result<Bsdf<'static>, Fault> {
     let custom = CustomBsdf(host);
-    let reflector = if host.is_lambertian() { Reflector::Texture(custom) } else { Reflector::Custom(custom) };
+    let reflector =
+        if host.table.flags == VOLGRAD_BSDF_LAMBERTIAN { Reflector::Texture(custom) } else { Reflector::Custom(custom) };
     match m.flags {
         0 => Ok(reflector.into()),
         VOLGRAD_MATERIAL_TWO_SIDED if !host.transmits() => Ok(Bsdf::TwoSided(reflector)),

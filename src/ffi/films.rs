@@ -1,10 +1,10 @@
 //! Films: exact sums of splats, in memory of the caller.
 
-use super::pointer::{array, array_mut, exclusive, output, reference};
+use super::pointer::{array, array_mut, output, reference};
 use super::scenes::{check_memory, image_size};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::VOLGRAD_ABI_VERSION;
-use crate::film::{Cell, Film};
+use crate::film::{Cell, Count, Film};
 use crate::math::{DVec2, Rgb};
 use core::ffi::c_void;
 use core::mem::size_of;
@@ -17,8 +17,9 @@ pub struct volgrad_film {
     stamp: u64,
     pub(super) width: u32,
     pub(super) height: u32,
-    dropped: u64,
-    reserved: u64,
+    dropped: Count,
+    /// Not a bool: stored films come back as they please.
+    shared: u32,
 }
 
 const STAMP: u64 = 0x766f_6c66_696c_6d00 | VOLGRAD_ABI_VERSION as u64;
@@ -35,19 +36,12 @@ pub struct volgrad_splat {
 }
 
 /// # Safety
-/// As for `exclusive`; the film was initialised, so that its cells follow it.
+/// As for `reference`; the film was initialised, so that its cells follow it.
 pub(super) unsafe fn film<'a>(pointer: *mut volgrad_film) -> Result<Film<'a>, Fault> {
-    // SAFETY: the caller's promise.
-    let object = unsafe { exclusive(pointer) }?;
-    if object.stamp != STAMP {
-        return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
-    }
-    let (width, height) = (object.width, object.height);
-    let count = image_size(width, height)?;
-    // SAFETY: the stamp says that volgrad_film_init checked room for this many cells behind the head and cleared them.
-    let cells = unsafe { slice::from_raw_parts_mut(pointer.add(1).cast::<Cell>(), count) };
-    // SAFETY: the head and the cells do not overlap.
-    Ok(Film { width, height, cells, dropped: unsafe { &mut (*pointer).dropped } })
+    // SAFETY: the caller's promise; all that changes in a film is atomic.
+    let (object, cells) = unsafe { self::cells(pointer) }?;
+    let volgrad_film { width, height, ref dropped, shared, .. } = *object;
+    Ok(Film { width, height, cells, dropped, is_shared: shared != 0 })
 }
 
 /// The cells of a film that is only read.
@@ -55,7 +49,7 @@ pub(super) unsafe fn film<'a>(pointer: *mut volgrad_film) -> Result<Film<'a>, Fa
 /// # Safety
 /// As for `reference`; the film was initialised.
 pub(super) unsafe fn cells<'a>(pointer: *const volgrad_film) -> Result<(&'a volgrad_film, &'a [Cell]), Fault> {
-    // SAFETY: the caller's promise; the stamp says that the cells follow.
+    // SAFETY: the caller's promise; the stamp says that there was room for this many cells behind the head, and that they were cleared.
     let object = unsafe { reference(pointer) }?;
     if object.stamp != STAMP {
         return Err(VOLGRAD_ERROR_NOT_INITIALISED.into());
@@ -91,20 +85,48 @@ pub unsafe extern "C" fn volgrad_film_init(
     height: u32,
     film: *mut *mut volgrad_film,
 ) -> volgrad_status {
-    finish((|| {
-        // SAFETY: the header's contract.
-        let write = unsafe { output(film) }?;
-        let needed = bytes_of(width, height)?;
-        check_memory(memory, bytes, needed)?;
-        let object = memory.cast::<volgrad_film>();
-        // SAFETY: the memory is aligned to 16 and holds `needed` bytes; zeros are empty cells.
-        unsafe {
-            memory.cast::<u8>().write_bytes(0, needed);
-            object.write(volgrad_film { stamp: STAMP, width, height, dropped: 0, reserved: 0 });
-        }
-        write(object);
-        Ok(())
-    })())
+    // SAFETY: the header's contract.
+    finish(unsafe { init(memory, bytes, width, height, film, false) })
+}
+
+/// The same, of a film that any number of threads may add to at a time, by `volgrad_film_add`, `volgrad_film_merge`, samplers and chains: a call that
+/// wants a film of its own takes this one from all of them. Sums are as exact, so that the image does not depend on the threads either.
+/// Look at it (`_develop`, `_dropped`, `_merge` from it, a copy of its memory) while no thread is adding.
+/// Costs as `volgrad_film_init`; a splat costs some nanoseconds more than in a film that belongs to a thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn volgrad_film_init_shared(
+    memory: *mut c_void,
+    bytes: usize,
+    width: u32,
+    height: u32,
+    film: *mut *mut volgrad_film,
+) -> volgrad_status {
+    // SAFETY: the header's contract.
+    finish(unsafe { init(memory, bytes, width, height, film, true) })
+}
+
+/// # Safety
+/// The header's contract.
+unsafe fn init(
+    memory: *mut c_void,
+    bytes: usize,
+    width: u32,
+    height: u32,
+    film: *mut *mut volgrad_film,
+    is_shared: bool,
+) -> Result<(), Fault> {
+    // SAFETY: the caller's promise.
+    let write = unsafe { output(film) }?;
+    let needed = bytes_of(width, height)?;
+    check_memory(memory, bytes, needed)?;
+    let object = memory.cast::<volgrad_film>();
+    // SAFETY: the memory is aligned to 16 and holds `needed` bytes; zeros are empty cells.
+    unsafe {
+        memory.cast::<u8>().write_bytes(0, needed);
+        object.write(volgrad_film { stamp: STAMP, width, height, dropped: Count::default(), shared: is_shared.into() });
+    }
+    write(object);
+    Ok(())
 }
 
 /// Adds `count` splats to the pixels that contain them. Those that are not finite, beyond 1e9 or off the film are dropped and counted.
@@ -141,7 +163,7 @@ pub unsafe extern "C" fn volgrad_film_merge(into: *mut volgrad_film, from: *cons
         if (source.width, source.height) != (target.width, target.height) {
             return Err(VOLGRAD_ERROR_SIZE_MISMATCH.into());
         }
-        target.merge(cells, source.dropped);
+        target.merge(cells, source.dropped.get());
         Ok(())
     })())
 }
@@ -182,7 +204,7 @@ pub unsafe extern "C" fn volgrad_film_dropped(film: *const volgrad_film, dropped
     finish((|| {
         // SAFETY: the header's contract.
         let ((film, _), write) = unsafe { (self::cells(film)?, output(dropped)?) };
-        write(film.dropped);
+        write(film.dropped.get());
         Ok(())
     })())
 }

@@ -7,7 +7,7 @@
 //! With specular vertices f is meant without their delta factors, in (direction, distance) measure along the chain.
 
 use super::joint::{Joint, Leg};
-use super::{Node, Path, PathError};
+use super::{Node, Path, PathError, PathErrorKind};
 use crate::math::{Colour, DVec3, transmittance};
 use crate::medium::{Line, optical_depth};
 use crate::scene::Scene;
@@ -40,9 +40,10 @@ pub fn contribution(scene: &Scene, path: &Path) -> Result<Colour, PathError> {
 
 /// The factors at vertex `i`.
 pub fn factors(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathError> {
+    let last = last(path)?;
     let here = Joint::new(scene, path, i)?;
     let back = if i > 0 { -Joint::new(scene, path, i - 1)?.leg_to(&here, i - 1)?.direction } else { DVec3::ZERO };
-    if i + 1 == path.vertices.len() {
+    if i == last {
         return Ok(Factors { vertex: vertex_factor(&here, back, DVec3::ZERO), geometry: 1.0, transmittance: Colour::ONE });
     }
     let next = Joint::new(scene, path, i + 1)?;
@@ -54,13 +55,18 @@ pub fn factors(scene: &Scene, path: &Path, i: usize) -> Result<Factors, PathErro
     })
 }
 
+/// The number of the last vertex; there are two at least.
+fn last(path: &Path) -> Result<usize, PathError> {
+    path.vertices.len().checked_sub(1).filter(|last| *last > 0).ok_or(PathErrorKind::BadKind.at(0))
+}
+
 /// Calls `each` with every vertex's factors but for transmittance, which costs the most, and the edge onwards from it.
 pub(super) fn for_each_vertex(
     scene: &Scene,
     path: &Path,
     mut each: impl FnMut(Factors, Option<&Line>),
 ) -> Result<(), PathError> {
-    let last = path.vertices.len().saturating_sub(1);
+    let last = last(path)?;
     let (mut here, mut back) = (Joint::new(scene, path, 0)?, DVec3::ZERO);
     for i in 0..last {
         let next = Joint::new(scene, path, i + 1)?;

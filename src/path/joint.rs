@@ -26,14 +26,8 @@ pub struct Leg {
 
 impl<'s> Joint<'s> {
     pub fn new(scene: &'s Scene<'s>, path: &Path, i: usize) -> Result<Self, PathError> {
-        let node = path.node(scene, i)?;
-        let vertex = path.vertex(i)?;
-        let position = match node {
-            Node::Camera(camera) if camera.is_pinhole() => camera.position,
-            // Phase functions with a sharp peak do not forgive what single precision lacks in length.
-            node if node.is_direction() => vertex.position.wide().normalize_or_zero(),
-            _ => vertex.position.wide(),
-        };
+        let (node, vertex) = (path.node(scene, i)?, path.vertex(i)?);
+        let position = path.place(scene, i, node.is_direction())?;
         Ok(Self { node, position, normal: vertex.normal.wide(), user: vertex.user })
     }
 
@@ -44,26 +38,26 @@ impl<'s> Joint<'s> {
 
     /// The edge from here, vertex `i`, to the next.
     pub fn leg_to(&self, next: &Joint, i: usize) -> Result<Leg, PathError> {
-        let v = next.position - self.position;
-        let leg = if next.node.is_direction() {
-            Leg { direction: next.position, length: f64::INFINITY }
-        } else {
-            let length = v.length();
-            Leg { direction: v / length, length }
-        };
-        // Written so that NaN is an error.
-        if leg.length > 0.0 { Ok(leg) } else { Err(PathErrorKind::ZeroLength.at(i)) }
+        Leg::new(self.position, next.position, next.node.is_direction(), i)
     }
 
     /// That edge with its media.
     pub fn line(&self, scene: &'s Scene<'s>, path: &Path<'s>, i: usize, leg: &Leg) -> Result<Line<'s>, PathError> {
-        let line = Line::new(scene.media, self.position, leg.direction, leg.length, path.edge_segments(i)?);
-        if i > 0 {
-            return Ok(line);
+        path.line(scene, i, self.position, leg)
+    }
+}
+
+impl Leg {
+    /// The edge number `i`, to a place or in a direction.
+    pub fn new(from: DVec3, to: DVec3, is_direction: bool, i: usize) -> Result<Self, PathError> {
+        if is_direction {
+            return Ok(Self { direction: to, length: f64::INFINITY });
         }
-        // No medium before the near plane attenuates.
-        let camera = &scene.camera;
-        let start = (camera.near_clip / camera.forward.dot(leg.direction)).max(0.0).min(leg.length);
-        Ok(Line { start, start_normal: camera.forward, ..line })
+        let length = (to - from).length();
+        // Written so that NaN is an error.
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(PathErrorKind::ZeroLength.at(i));
+        }
+        Ok(Self { direction: (to - from) / length, length })
     }
 }

@@ -1,6 +1,6 @@
 //! A light path as the host hands it over, and what its parts refer to.
 
-use super::joint::Joint;
+use super::joint::Leg;
 use crate::math::{DVec3, Vec3, is_unit};
 use crate::medium::{Line, Medium, NONE, Segment};
 use crate::scene::{Bsdf, Camera, Light, MAX_SEGMENTS, Scene};
@@ -18,7 +18,8 @@ pub struct Vertex {
     pub kind: u32,
     /// Index into the scene's media, materials or lights, by kind. Unused for the camera.
     pub index: u32,
-    /// Of a surface: what custom BSDFs get back (`volgrad_hit.user`). Unused otherwise.
+    /// Of a surface: what custom BSDFs get back (`volgrad_hit.user`), or 0; `volgrad_shift_paths` takes vertices for the same only if it is the
+    /// same. Unused otherwise.
     pub user: u64,
     /// World position; for an environment or directional light the unit direction towards it. For a thin lens
     /// camera the point on its lens; unused for a pinhole camera, whose position is the scene's.
@@ -27,6 +28,7 @@ pub struct Vertex {
     pub normal: Vec3,
     /// Shading normal; this version reads the geometric one only. Set both alike.
     pub shading_normal: Vec3,
+    pub reserved: u32,
 }
 
 /// A path x_0 … x_k from the camera to a light. Null surfaces are no vertices.
@@ -110,7 +112,23 @@ impl<'a> Path<'a> {
 
     /// Where vertex `i` is: the scene's pinhole camera, or as the vertex says; for a light at infinity the direction.
     pub fn position(&self, scene: &Scene, i: usize) -> Result<DVec3, PathError> {
-        Joint::new(scene, self, i).map(|joint| joint.position)
+        self.place(scene, i, self.is_direction(scene, i)?)
+    }
+
+    /// The same if it is known whether it is a direction.
+    pub(super) fn place(&self, scene: &Scene, i: usize, is_direction: bool) -> Result<DVec3, PathError> {
+        if i == 0 && scene.camera.is_pinhole() {
+            return Ok(scene.camera.position);
+        }
+        let position = self.vertex(i)?.position.wide();
+        // Phase functions with a sharp peak do not forgive what single precision lacks in length.
+        Ok(if is_direction { position.normalize_or_zero() } else { position })
+    }
+
+    /// Whether vertex `i` is a direction instead of a point.
+    fn is_direction(&self, scene: &Scene, i: usize) -> Result<bool, PathError> {
+        // Other vertices need not be known: reports say where they are.
+        Ok(self.vertex(i)?.kind == VERTEX_LIGHT && self.node(scene, i)?.is_direction())
     }
 
     /// Looks vertex `i` up.
@@ -133,12 +151,27 @@ impl<'a> Path<'a> {
     where
         'a: 's,
     {
-        let (from, to) = (Joint::new(scene, self, i)?, Joint::new(scene, self, i + 1)?);
-        from.line(scene, self, i, &from.leg_to(&to, i)?)
+        let (from, to) = (self.position(scene, i)?, self.position(scene, i + 1)?);
+        self.line(scene, i, from, &Leg::new(from, to, self.is_direction(scene, i + 1)?, i)?)
+    }
+
+    /// The media along an edge that starts at vertex `i`, which is at `from`.
+    pub(super) fn line<'s>(&self, scene: &'s Scene<'s>, i: usize, from: DVec3, leg: &Leg) -> Result<Line<'s>, PathError>
+    where
+        'a: 's,
+    {
+        let line = Line::new(scene.media, from, leg.direction, leg.length, self.edge_segments(i)?);
+        if i > 0 {
+            return Ok(line);
+        }
+        // No medium before the near plane attenuates.
+        let camera = &scene.camera;
+        let start = (camera.near_clip / camera.forward.dot(leg.direction)).max(0.0).min(leg.length);
+        Ok(Line { start, start_normal: camera.forward, ..line })
     }
 
     /// The media along the edge from vertex i to i + 1.
-    pub(super) fn edge_segments(&self, i: usize) -> Result<&'a [Segment], PathError> {
+    fn edge_segments(&self, i: usize) -> Result<&'a [Segment], PathError> {
         let start = if i == 0 { 0 } else { self.edge_end(i - 1)? };
         let segments = self.segments.get(start..self.edge_end(i)?).filter(|s| !s.is_empty());
         segments.ok_or(PathErrorKind::BadSegments.at(i))

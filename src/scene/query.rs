@@ -42,8 +42,8 @@ pub struct Hit {
     /// Media crossed: at least 1, the first starting at the ray's origin, the last ending at or past the hit or `t_max`.
     /// Neighbouring segments in the same medium may be merged. Unused when an occlusion query found a surface.
     pub segment_count: u32,
-    /// Anything that says where on which surface this is: custom BSDFs get it back (`volgrad_surface_point`), and paths that are handed out
-    /// have it in their vertices. Not looked at otherwise.
+    /// Anything that says where on which surface this is, or 0: custom BSDFs get it back (`volgrad_surface_point`), and paths that are handed
+    /// out have it in their vertices.
     pub user: u64,
     /// Distance to the surface, world units, > 0.
     pub t: f32,

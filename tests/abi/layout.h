@@ -332,6 +332,7 @@ OFFSET(volgrad_vertex, user, 8);
 OFFSET(volgrad_vertex, position, 16);
 OFFSET(volgrad_vertex, normal, 28);
 OFFSET(volgrad_vertex, shading_normal, 40);
+OFFSET(volgrad_vertex, reserved, 52);
 NUMBER(VOLGRAD_OK, 0);
 NUMBER(VOLGRAD_ERROR_NULL, 1);
 NUMBER(VOLGRAD_ERROR_MISALIGNED, 2);

@@ -41,7 +41,7 @@ layouts! {
     struct volgrad_transmittance_estimate: 88 { transmittance: 0, origin_gradient: 12, end_gradient: 48, evaluations: 84 }
     struct volgrad_transmittance_options: 16 { struct_size: 0, kind: 4, steps: 8, jitter: 12 }
     struct volgrad_vec3: 12 { x: 0, y: 4, z: 8 }
-    struct volgrad_vertex: 56 { kind: 0, index: 4, user: 8, position: 16, normal: 28, shading_normal: 40 }
+    struct volgrad_vertex: 56 { kind: 0, index: 4, user: 8, position: 16, normal: 28, shading_normal: 40, reserved: 52 }
     enum volgrad_status::VOLGRAD_OK: 0;
     enum volgrad_status::VOLGRAD_ERROR_NULL: 1;
     enum volgrad_status::VOLGRAD_ERROR_MISALIGNED: 2;

@@ -7,7 +7,7 @@ use crate::toy::scenes::{
     World, edges_under_area_lights, edges_under_point_light, edges_with_rough_surfaces, edges_with_specular_surfaces,
 };
 use crate::{MOST, MOST_OF_PIXELS, bidirectional, options, path_tracer, pixels, worlds, z};
-use volgrad::film::{Cell, Film};
+use volgrad::film::{Cell, Count, Film};
 use volgrad::math::{Colour, luminance};
 use volgrad::sampler::Stats;
 use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, MAX_LENGTH, Options};
@@ -177,13 +177,13 @@ fn learn(world: &World, passes: u64) -> Vec<Cell> {
     let scene = world.scene();
     let options = Options { seed: 9, ..options(LONGEST, Heuristic::Balance) };
     let sampler = Bidirectional { scene: &scene, queries: &world.geometry, options };
-    let (mut cells, mut dropped) = (vec![Cell::default(); GUIDE_SIDE * GUIDE_SIDE], 0);
+    let (cells, dropped) = (vec![Cell::default(); GUIDE_SIDE * GUIDE_SIDE], Count::default());
     let (width, height) = (GUIDE_SIDE as u32, GUIDE_SIDE as u32);
-    let mut film = Film { width, height, cells: &mut cells, dropped: &mut dropped };
+    let mut film = Film { width, height, cells: &cells, dropped: &dropped, is_shared: false };
     for pass in 0..passes {
         sampler.learn(pass, 0..pixels(world), &mut film, &mut Stats::default()).expect("the toy host never stops");
     }
-    assert_eq!(dropped, 0);
+    assert_eq!(dropped.get(), 0);
     cells
 }
 

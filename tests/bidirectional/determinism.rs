@@ -5,7 +5,7 @@ use crate::toy::scenes::{World, edges_with_specular_surfaces};
 use crate::{options, pixels, worlds};
 use std::cell::Cell as Counter;
 use std::ops::Range;
-use volgrad::film::{Cell, Film};
+use volgrad::film::{Cell, Count, Film};
 use volgrad::math::{Colour, DVec3};
 use volgrad::sampler::Stats;
 use volgrad::sampler::bidirectional::{Bidirectional, Heuristic, Options};
@@ -37,11 +37,11 @@ impl Picture {
         pixels: Range<u32>,
     ) -> Result<(), Stop> {
         let scene = world.scene();
-        let (width, height, mut dropped) = (world.camera.width, world.camera.height, 0);
-        let mut film = Film { width, height, cells: &mut self.cells, dropped: &mut dropped };
+        let (width, height, dropped) = (world.camera.width, world.camera.height, Count::default());
+        let mut film = Film { width, height, cells: &self.cells, dropped: &dropped, is_shared: false };
         let sampler = Bidirectional { scene: &scene, queries, options };
         let result = sampler.sample_pixels(pass, pixels, &mut film, &mut self.stats);
-        assert_eq!(dropped, 0);
+        assert_eq!(dropped.get(), 0);
         result
     }
 

@@ -12,7 +12,10 @@ typedef struct paint { float albedo, bad; } paint;
 /* What hits and vertices on the floor say. */
 static const uint64_t FLOOR_USER = 0x1234567890abcdef;
 
+static uint32_t points;
+
 static void check_point(const volgrad_surface_point *at) {
+    points++;
     CHECK(at->user == FLOOR_USER && at->z.y == 1 && at->z.x == 0 && at->z.z == 0);
     CHECK_NEAR(at->position.y, -1, 1e-5);
     CHECK_NEAR(at->x.y, 0, 1e-6);
@@ -155,10 +158,10 @@ static void fill(void) {
     s.media[0].phase = (volgrad_phase){VOLGRAD_PHASE_HENYEY_GREENSTEIN, 0.6f};
     s.desc.bounds_radius = 4;
     const volgrad_vec3 up = vec(0, 1, 0);
-    vertices[0] = (volgrad_vertex){VOLGRAD_VERTEX_CAMERA, 0, 0, vec(0, 0, 0), up, up};
-    vertices[1] = (volgrad_vertex){VOLGRAD_VERTEX_MEDIUM, 0, 0, vec(0, 0, 1), up, up};
-    vertices[2] = (volgrad_vertex){VOLGRAD_VERTEX_SURFACE, DIFFUSE, FLOOR_USER, vec(0.5f, -1, 2), up, up};
-    vertices[3] = (volgrad_vertex){VOLGRAD_VERTEX_LIGHT, POINT_LIGHT, 0, s.lights[POINT_LIGHT].position, up, up};
+    vertices[0] = (volgrad_vertex){VOLGRAD_VERTEX_CAMERA, 0, 0, vec(0, 0, 0), up, up, 0};
+    vertices[1] = (volgrad_vertex){VOLGRAD_VERTEX_MEDIUM, 0, 0, vec(0, 0, 1), up, up, 0};
+    vertices[2] = (volgrad_vertex){VOLGRAD_VERTEX_SURFACE, DIFFUSE, FLOOR_USER, vec(0.5f, -1, 2), up, up, 0};
+    vertices[3] = (volgrad_vertex){VOLGRAD_VERTEX_LIGHT, POINT_LIGHT, 0, s.lights[POINT_LIGHT].position, up, up, 0};
 }
 
 static volgrad_status init(void) {
@@ -308,15 +311,16 @@ static uint64_t dropped_values(void) {
 /* Single precision passes the border: some 1e-7 of each direction, which few bounces make more of. */
 static void test_copies(void) {
     static float original[VALUES], copy[VALUES];
-    const uint32_t modes[] = {VOLGRAD_SHIFT_NONE, VOLGRAD_SHIFT_LOG_LINEAR, VOLGRAD_SHIFT_NONE, VOLGRAD_SHIFT_EXCHANGEABLE};
-    for (int kind = 0; kind < 4; kind++) {
+    const uint32_t modes[] = {VOLGRAD_SHIFT_NONE, VOLGRAD_SHIFT_LOG_LINEAR, VOLGRAD_SHIFT_NONE, VOLGRAD_SHIFT_EXCHANGEABLE, VOLGRAD_SHIFT_EXACT};
+    for (int kind = 0; kind < 5; kind++) {
         for (int bidirectional = 0; bidirectional < 2; bidirectional++) {
             uint32_t mode = modes[kind]; /* links end at a custom floor that is Lambertian, at no other and no custom lamp */
             fill();
             CHECK_STATUS(init(), VOLGRAD_OK);
             CHECK_STATUS(render(mode, bidirectional, original), VOLGRAD_OK);
-            if (kind == 0 || kind == 3) custom_material();
-            if (kind == 3) bsdf = (volgrad_custom_bsdf){sizeof bsdf, VOLGRAD_BSDF_LAMBERTIAN, &floor_paint, paint_eval, NULL, NULL, NULL};
+            if (kind == 0 || kind >= 3) custom_material();
+            if (kind == 4) s.materials[DIFFUSE].flags = VOLGRAD_MATERIAL_TWO_SIDED;
+            if (kind >= 3) bsdf = (volgrad_custom_bsdf){sizeof bsdf, VOLGRAD_BSDF_LAMBERTIAN, &floor_paint, paint_eval, NULL, NULL, NULL};
             if (kind == 1) custom_phase();
             if (kind == 2) custom_light(POINT_LIGHT, VOLGRAD_LIGHT_CUSTOM_POINT);
             CHECK_STATUS(init(), VOLGRAD_OK);
@@ -368,7 +372,12 @@ static void test_without_gradients(void) {
     bsdf.log_gradient = NULL;
     CHECK_STATUS(init(), VOLGRAD_OK);
     REFUSED(found, volgrad_path_log_gradient(scene, &PATH, 1, &found), VOLGRAD_ERROR_NO_GRADIENT);
-    bsdf.log_gradient = paint_gradient, phase.log_derivative = NULL;
+    bsdf.flags = VOLGRAD_BSDF_LAMBERTIAN;
+    CHECK_STATUS(init(), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_path_log_gradient(scene, &PATH, 1, &found), VOLGRAD_OK);
+    CHECK_NEAR(found.phase_apex.x, plain.phase_apex.x, 1e-6);
+    CHECK(found.profile_next[0].y == 0);
+    bsdf.flags = 0, bsdf.log_gradient = paint_gradient, phase.log_derivative = NULL;
     CHECK_STATUS(init(), VOLGRAD_OK);
     REFUSED(found, volgrad_path_log_gradient(scene, &PATH, 1, &found), VOLGRAD_ERROR_NO_GRADIENT);
 
@@ -381,6 +390,58 @@ static void test_without_gradients(void) {
     REFUSED(count, volgrad_shift_path(scene, &QUERIES, &options, &PATH, WHITE, 0, 0, splats, VOLGRAD_MAX_SHIFTS + 1, &count), VOLGRAD_ERROR_NO_GRADIENT);
     options.mode = VOLGRAD_SHIFT_EXCHANGEABLE;
     CHECK_STATUS(volgrad_shift_path(scene, &QUERIES, &options, &PATH, WHITE, 0, 0, splats, VOLGRAD_MAX_SHIFTS + 1, &count), VOLGRAD_OK);
+    fill();
+}
+
+/* A path of the host's own that begins on the floor, which moves: what its vertex says comes back, and what hits say of the other members. */
+static void test_surface_first(void) {
+    static const uint32_t ends[] = {1, 2};
+    const volgrad_vertex on_floor[] = {vertices[0], vertices[2], vertices[3]};
+    const volgrad_path path = {on_floor, EDGES, ends, 3, 2};
+    volgrad_shift_options options;
+    volgrad_splat splats[VOLGRAD_MAX_SHIFTS + 1];
+    uint32_t count = 0;
+    custom_material();
+    CHECK_STATUS(init(), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_shift_options_default(&options, sizeof options), VOLGRAD_OK);
+    options.mode = VOLGRAD_SHIFT_EXCHANGEABLE;
+    points = 0;
+    CHECK_STATUS(volgrad_shift_path(scene, &QUERIES, &options, &path, WHITE, 0, 0, splats, VOLGRAD_MAX_SHIFTS + 1, &count), VOLGRAD_OK);
+    CHECK(count > 3 && points >= count); /* its tile is cut by the image's border */
+    fill();
+}
+
+/* Paths of chains have what the hits say. */
+static void test_peeked_vertices(void) {
+    enum { SAMPLES = 2000, LONGEST = 4, CHAINS = 64, ROOM = CHAINS + VOLGRAD_MAX_LENGTH };
+    static alignas(16) unsigned char chain_memory[1 << 13];
+    static float weights[SAMPLES];
+    static volgrad_chain_start starts[ROOM];
+    static volgrad_chain_techniques techniques;
+    volgrad_chain_plan_result plan = {sizeof plan, 0, 0, 0};
+    volgrad_chain_options options;
+    volgrad_chain_mutation next = {.struct_size = sizeof next};
+    volgrad_vertex current[LONGEST + 1], proposed[LONGEST + 1];
+    volgrad_chain *chain;
+    int surfaces = 0;
+    custom_material();
+    CHECK_STATUS(init(), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_options_default(&options, sizeof options), VOLGRAD_OK);
+    options.max_length = LONGEST;
+    CHECK_STATUS(volgrad_chain_bootstrap(scene, &QUERIES, &options, NULL, 0, SAMPLES, weights, NULL), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_learn(&options, weights, SAMPLES, &techniques), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_bootstrap(scene, &QUERIES, &options, &techniques, 0, SAMPLES, weights, NULL), VOLGRAD_OK);
+    CHECK_STATUS(volgrad_chain_plan(&options, &techniques, weights, SAMPLES, CHAINS, starts, ROOM, &plan), VOLGRAD_OK);
+    for (uint32_t i = 0; i < plan.chain_count; i++) {
+        CHECK_STATUS(volgrad_chain_init(chain_memory, sizeof chain_memory, scene, &QUERIES, &options, &techniques, &starts[i], NULL, &chain), VOLGRAD_OK);
+        CHECK_STATUS(volgrad_chain_peek(chain, scene, &QUERIES, &next, current, proposed, LONGEST + 1), VOLGRAD_OK);
+        for (uint32_t k = 0; k < next.current.vertex_count; k++) {
+            int on_surface = current[k].kind == VOLGRAD_VERTEX_SURFACE;
+            CHECK(current[k].user == (on_surface ? FLOOR_USER : 0));
+            surfaces += on_surface;
+        }
+    }
+    CHECK(surfaces > 3);
     fill();
 }
 
@@ -478,6 +539,8 @@ int main(void) {
     test_copies();
     test_furnace();
     test_without_gradients();
+    test_surface_first();
+    test_peeked_vertices();
     test_dark_paths();
     test_misplaced();
     test_bad_values();

@@ -66,6 +66,11 @@ static void test_path_errors(void) {
     BAD_PATH(vertices[2].kind = VOLGRAD_VERTEX_MEDIUM, VOLGRAD_ERROR_KIND, 2);
     INVALID_PATH(vertices[0].kind = VOLGRAD_VERTEX_MEDIUM, VOLGRAD_ERROR_KIND, 0);
     BAD_PATH(vertices[1].index = 1, VOLGRAD_ERROR_INDEX, 1);
+    double rgb[3];
+    FILL(rgb), vertices[1].position.x = INFINITY;
+    CHECK_STATUS(volgrad_path_contribution(scene, &path, rgb), VOLGRAD_ERROR_ZERO_LENGTH);
+    CHECK(UNTOUCHED(rgb));
+    fill_path();
     BAD_PATH(vertices[1].index = VOLGRAD_NONE, VOLGRAD_ERROR_INDEX, 1);
     BAD_PATH(vertices[2].index = LIGHTS, VOLGRAD_ERROR_INDEX, 2);
     BAD_PATH(path.segment_count = 1, VOLGRAD_ERROR_SEGMENTS, 1);

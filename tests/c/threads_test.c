@@ -1,5 +1,5 @@
-/* One scene, one guided scene, one set of options and queries, four threads: films and chains of each thread's own, sums as from one
- * thread. Under a thread sanitizer (make test-threads) also: nothing that is const is written to. */
+/* One scene, one guided scene, one set of options and queries, four threads: chains of each thread's own, and films of their own or one that
+ * they share; sums as from one thread. Under a thread sanitizer (make test-threads) also: nothing that is const is written to. */
 
 #include <pthread.h>
 
@@ -29,6 +29,9 @@ typedef struct worker {
 } worker;
 
 static worker alone, workers[THREADS];
+
+enum { HEAD = 32 };
+static alignas(16) unsigned char shared_memory[BYTES];
 
 static int32_t slab(void *user, const volgrad_ray *rays, volgrad_hit *hits, uint32_t count) {
     (void)user;
@@ -127,7 +130,7 @@ static void lines(worker *w) {
 static void *work(void *pointer) {
     worker *w = pointer;
     volgrad_chain *chain;
-    DO(volgrad_film_init(w->memory, BYTES, SIDE, SIDE, &w->film));
+    w->tau = 0;
     for (uint64_t i = (uint64_t)w->first; i < PASSES; i += (uint64_t)w->step) {
         DO(volgrad_path_sampler_run(scene, &queries, &paths, i, 0, PIXELS / 4, w->film, NULL));
         DO(volgrad_bidirectional_run(guided, &queries, &both, i, 0, PIXELS / 8, w->film, NULL));
@@ -141,32 +144,45 @@ static void *work(void *pointer) {
     return NULL;
 }
 
+/* The sum of their taus. */
+static double work_in_threads(void) {
+    pthread_t threads[THREADS];
+    double tau = 0;
+    for (int i = 0; i < THREADS; i++) {
+        workers[i].first = i, workers[i].step = THREADS;
+        CHECK(pthread_create(&threads[i], NULL, work, &workers[i]) == 0);
+    }
+    for (int i = 0; i < THREADS; i++) {
+        CHECK(pthread_join(threads[i], NULL) == 0);
+        CHECK(workers[i].failures == 0);
+        tau += workers[i].tau;
+    }
+    return tau;
+}
+
 int main(void) {
     void *memory[3];
-    pthread_t threads[THREADS];
     uint64_t dropped = 0, after = 0;
     set_options();
     make_scenes(memory);
     make_plan();
     alone.step = 1;
+    CHECK_STATUS(volgrad_film_init(alone.memory, BYTES, SIDE, SIDE, &alone.film), VOLGRAD_OK);
     work(&alone);
     CHECK(alone.failures == 0 && alone.tau > 0);
     CHECK_STATUS(volgrad_scene_dropped_densities(scene, &dropped), VOLGRAD_OK);
-    for (int i = 0; i < THREADS; i++) {
-        workers[i].first = i, workers[i].step = THREADS;
-        CHECK(pthread_create(&threads[i], NULL, work, &workers[i]) == 0);
-    }
-    double tau = 0;
-    for (int i = 0; i < THREADS; i++) {
-        CHECK(pthread_join(threads[i], NULL) == 0);
-        CHECK(workers[i].failures == 0);
-        if (i > 0) CHECK_STATUS(volgrad_film_merge(workers[0].film, workers[i].film), VOLGRAD_OK);
-        tau += workers[i].tau;
-    }
+
+    for (int i = 0; i < THREADS; i++) CHECK_STATUS(volgrad_film_init(workers[i].memory, BYTES, SIDE, SIDE, &workers[i].film), VOLGRAD_OK);
+    CHECK_NEAR(work_in_threads(), alone.tau, 1e-9 * alone.tau);
+    for (int i = 1; i < THREADS; i++) CHECK_STATUS(volgrad_film_merge(workers[0].film, workers[i].film), VOLGRAD_OK);
     CHECK(memcmp(alone.memory, workers[0].memory, BYTES) == 0);
-    CHECK_NEAR(tau, alone.tau, 1e-9 * alone.tau);
+
+    CHECK_STATUS(volgrad_film_init_shared(shared_memory, BYTES, SIDE, SIDE, &workers[0].film), VOLGRAD_OK);
+    for (int i = 1; i < THREADS; i++) workers[i].film = workers[0].film;
+    CHECK_NEAR(work_in_threads(), alone.tau, 1e-9 * alone.tau);
+    CHECK(memcmp(alone.memory + HEAD, shared_memory + HEAD, BYTES - HEAD) == 0);
     CHECK_STATUS(volgrad_scene_dropped_densities(guided, &after), VOLGRAD_OK);
-    CHECK(dropped > 0 && after == 2 * dropped);
+    CHECK(dropped > 0 && after == 3 * dropped);
     for (int i = 0; i < 3; i++) free(memory[i]);
     return check_end();
 }

@@ -57,13 +57,18 @@ static void test_samplers() {
     CHECK(stats.paths == PIXELS);
     CHECK(same(developed(a.film), developed(film)));
     volgrad::path_sampler_run(scene, queries, paths, 3, 0, PIXELS / 2, other); /* a host in C; in two parts; moved; merged */
-    volgrad::film rest(SIDE, SIDE), moved;
+    volgrad::film rest(SIDE, SIDE), moved, shared;
+    shared.init_shared(SIDE, SIDE);
     volgrad::path_sampler_run(scene, slab(), paths, 3, PIXELS / 2, PIXELS / 2, rest);
     moved = std::move(rest);
     other.merge(moved);
     image pixels(3 * PIXELS);
     other.develop(1, pixels);
     CHECK(same(developed(a.film), pixels));
+    for (std::uint32_t first = 0; first < PIXELS; first += PIXELS / 2) {
+        volgrad::path_sampler_run(scene, host, paths, 3, first, PIXELS / 2, shared);
+    }
+    CHECK(same(developed(a.film), developed(shared)));
 
     volgrad_bidirectional_options both = volgrad::bidirectional_options_default();
     both.max_length = 5;
@@ -167,8 +172,8 @@ static void test_kernels() {
 static void test_paths() {
     const fog_desc fog;
     const volgrad::scene scene(fog.desc);
-    const std::vector<volgrad_vertex> vertices = {{VOLGRAD_VERTEX_CAMERA, 0, 0, {0, 0, 0}, {}, {}},
-        {VOLGRAD_VERTEX_MEDIUM, 0, 0, {0, 0.1f, 1.5f}, {}, {}}, {VOLGRAD_VERTEX_LIGHT, 1, 0, {0, 2, 0}, {}, {}}};
+    const std::vector<volgrad_vertex> vertices = {{VOLGRAD_VERTEX_CAMERA, 0, 0, {0, 0, 0}, {}, {}, 0},
+        {VOLGRAD_VERTEX_MEDIUM, 0, 0, {0, 0.1f, 1.5f}, {}, {}, 0}, {VOLGRAD_VERTEX_LIGHT, 1, 0, {0, 2, 0}, {}, {}, 0}};
     const volgrad_vec3 z = {0, 0, 1};
     const std::uint32_t air = VOLGRAD_NONE, edge_ends[] = {2, 4};
     const float enter = std::sqrt(1.5f * 1.5f + 0.01f) / 1.5f, leave = std::sqrt(1.9f * 1.9f + 2.25f) / 3;

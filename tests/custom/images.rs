@@ -2,7 +2,7 @@
 
 use crate::chains::{Chains, Setup};
 use crate::toy::scenes::World;
-use volgrad::film::{Cell, Film};
+use volgrad::film::{Cell, Count, Film};
 use volgrad::math::{Colour, luminance};
 use volgrad::sampler::bidirectional::{self, Bidirectional, Heuristic, MAX_LENGTH, thesis};
 use volgrad::sampler::{FirstVertices, Lengths, Options, PathTracer, Stats};
@@ -27,9 +27,9 @@ pub type Image = Vec<Colour>;
 
 fn image(world: &World, fill: impl FnOnce(&mut Film)) -> Image {
     let (width, height) = (world.camera.width, world.camera.height);
-    let (mut cells, mut dropped) = (vec![Cell::default(); (width * height) as usize], 0);
-    fill(&mut Film { width, height, cells: &mut cells, dropped: &mut dropped });
-    assert_eq!(dropped, 0, "no splat is beyond all numbers");
+    let (cells, dropped) = (vec![Cell::default(); (width * height) as usize], Count::default());
+    fill(&mut Film { width, height, cells: &cells, dropped: &dropped, is_shared: false });
+    assert_eq!(dropped.get(), 0, "no splat is beyond all numbers");
     cells.iter().map(Cell::value).collect()
 }
 

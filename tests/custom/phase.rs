@@ -98,8 +98,14 @@ fn modes_that_need_the_derivative_are_refused() {
     let stop = |mode: Mode| {
         let shift = Some(shift::Options::new(mode, DISK, 3));
         let options = Options { max_depth: 3, rr_depth: 3, seed: 1, shift, left_out: Lengths::NONE, first: FirstVertices::ALL };
-        let mut cells = vec![Default::default(); 64];
-        let mut film = volgrad::film::Film { width: 8, height: 8, cells: &mut cells, dropped: &mut 0 };
+        let cells = vec![Default::default(); 64];
+        let mut film = volgrad::film::Film {
+            width: 8,
+            height: 8,
+            cells: &cells,
+            dropped: &volgrad::film::Count::default(),
+            is_shared: false,
+        };
         let tracer = PathTracer { scene: &scene, queries: &world.geometry, options };
         let by_path = tracer.sample_pixels(0, 0..64, &mut film, &mut Stats::default());
         let options = bidirectional::Options {
@@ -138,7 +144,7 @@ fn chains_that_need_the_derivative_are_refused() {
     let mut chains = Chains::new(&world, &setup, 7);
     let run = |chains: &Chains, shift: Option<shift::Options>| {
         let Chain { mut state, mut numbers } = chains.chains[0].clone();
-        let mut picture = Picture::new(&world);
+        let picture = Picture::new(&world);
         let counts = (&mut Stats::default(), &mut ChainStats::default());
         chains.sampler(&scene, shift, 1).run(&mut state, &mut numbers, 1, &mut picture.film(), counts.0, counts.1)
     };

@@ -6,6 +6,7 @@ use crate::toy::scenes::{World, edges_under_area_lights, edges_with_rough_surfac
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use volgrad::math::{Colour, DMat3, DVec2, DVec3};
 use volgrad::scene::{Bsdf, BsdfFunction, CustomBsdf, Reflector, SurfaceFrame, SurfacePoint};
+use volgrad::shift::{self, Kernel, Mode, Radius};
 
 /// The built-in BSDF of one surface, which is only asked for on it.
 #[derive(Debug)]
@@ -38,10 +39,6 @@ impl OnSurface {
 const UP: SurfacePoint = SurfacePoint::with_normal(DVec3::Z);
 
 impl BsdfFunction for OnSurface {
-    fn is_lambertian(&self) -> bool {
-        self.original.is_lambertian()
-    }
-
     fn eval(&self, at: &SurfaceFrame, to_camera: DVec3, to_light: DVec3) -> Colour {
         self.check(at);
         self.one_sided().eval(&UP, to_camera, to_light)
@@ -49,13 +46,13 @@ impl BsdfFunction for OnSurface {
 
     fn pdf(&self, at: &SurfaceFrame, to_camera: DVec3, to_light: DVec3) -> f64 {
         self.check(at);
-        assert!(!self.is_lambertian());
+        assert!(!self.original.is_lambertian());
         self.one_sided().pdf(&UP, to_camera, to_light)
     }
 
     fn sample(&self, at: &SurfaceFrame, to_camera: DVec3, u: DVec2, lobe: f64) -> Option<(DVec3, f64)> {
         self.check(at);
-        assert!(!self.is_lambertian());
+        assert!(!self.original.is_lambertian());
         self.one_sided().sample(&UP, to_camera, u, lobe).map(|sample| (sample.direction, sample.eta_squared))
     }
 
@@ -83,6 +80,12 @@ fn checked(world: &World) -> (World, Vec<&'static AtomicU64>) {
     (copy, counts)
 }
 
+/// The modes that `images` leaves out.
+fn other_shifts() -> [Option<shift::Options>; 2] {
+    let disk = Kernel::Disk(Radius::Pixels(1.0));
+    [Mode::Exact, Mode::LinearDepth].map(|mode| Some(shift::Options { run: 2, ..shift::Options::new(mode, disk, 5) }))
+}
+
 /// With every sampler and every kind of shift a BSDF is asked for where the host's hits have said that its surface is, and nowhere else;
 /// and Lambertian ones are for shifts what built-in ones are.
 #[test]
@@ -91,6 +94,10 @@ fn points_are_on_their_surfaces() {
     let (copy, counts) = checked(&original);
     assert_eq!(counts.len(), 3, "a wall, a rough mirror, a wall with two sides");
     assert_the_same(&original, &copy);
+    for shift in other_shifts() {
+        let difference = difference(&by_path(&original, shift), &by_path(&copy, shift));
+        assert!(difference < 1e-4, "{shift:?}: {difference}");
+    }
     let counts: Vec<_> = counts.iter().map(|count| count.load(Relaxed)).collect();
     assert!(counts.iter().all(|count| *count > 300), "{counts:?}");
 }
@@ -103,10 +110,6 @@ const RIGHT: Colour = Colour::new(0.1, 0.4, 0.8);
 struct TwoColours;
 
 impl BsdfFunction for TwoColours {
-    fn is_lambertian(&self) -> bool {
-        true
-    }
-
     fn eval(&self, at: &SurfaceFrame, to_camera: DVec3, to_light: DVec3) -> Colour {
         assert!(to_camera == DVec3::Z && to_light == DVec3::Z);
         (if at.position.x < 0.0 { LEFT } else { RIGHT }) / std::f64::consts::PI

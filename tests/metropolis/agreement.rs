@@ -85,7 +85,7 @@ fn estimate(subject: &Subject, chains: &[Chains], shift: Option<shift::Options>,
             let (x, y) = (i as u32 % film.width, i as u32 / film.width);
             film.add(DVec2::new(x.into(), y.into()) + 0.5, cell.value() * scale);
         }
-        *film.dropped += picture.dropped + picture.chain_stats.dropped;
+        film.dropped.add(picture.dropped.get() + picture.chain_stats.dropped);
         picture.stats
     });
     let batches = batches.into_inner().expect("no panic");

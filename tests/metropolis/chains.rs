@@ -2,7 +2,7 @@
 
 use crate::toy::Geometry;
 use crate::toy::scenes::World;
-use volgrad::film::{Cell, Film};
+use volgrad::film::{Cell, Count, Film};
 use volgrad::sampler::bidirectional::thesis;
 use volgrad::sampler::metropolis::{
     Batches, ChainStats, Metropolis, Options, Plan, State, Techniques, bootstrap, capacity, learn,
@@ -109,7 +109,7 @@ impl<'w> Chains<'w> {
 pub struct Picture {
     pub width: u32,
     pub cells: Vec<Cell>,
-    pub dropped: u64,
+    pub dropped: Count,
     pub stats: Stats,
     pub chain_stats: ChainStats,
 }
@@ -120,15 +120,15 @@ impl Picture {
         Self {
             width,
             cells: vec![Cell::default(); (width * height) as usize],
-            dropped: 0,
+            dropped: Count::default(),
             stats: Stats::default(),
             chain_stats: ChainStats::default(),
         }
     }
 
-    pub fn film(&mut self) -> Film<'_> {
+    pub fn film(&self) -> Film<'_> {
         let height = self.cells.len() as u32 / self.width;
-        Film { width: self.width, height, cells: &mut self.cells, dropped: &mut self.dropped }
+        Film { width: self.width, height, cells: &self.cells, dropped: &self.dropped, is_shared: false }
     }
 
     pub fn run(&mut self, metropolis: &Metropolis<Geometry>, chain: &mut Chain, mutations: u64) {

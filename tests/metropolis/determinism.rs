@@ -119,11 +119,11 @@ fn threads_and_merged_films() {
             picture
         };
         let whole = render(0, 1);
-        let (mut even, odd) = std::thread::scope(|scope| {
+        let (even, odd) = std::thread::scope(|scope| {
             let odd = scope.spawn(|| render(1, 2));
             (render(0, 2), odd.join().expect("a chain panicked"))
         });
-        even.film().merge(&odd.cells, odd.dropped);
+        even.film().merge(&odd.cells, odd.dropped.get());
         assert!(even.cells == whole.cells && even.dropped == whole.dropped);
     }
 }

@@ -57,7 +57,7 @@ fn of_chains(world: &World, chains: &[Chains], shift: Option<shift::Options>) ->
             let (x, y) = (i as u32 % film.width, i as u32 / film.width);
             film.add(DVec2::new(x.into(), y.into()) + 0.5, cell.value() * chains.scale(mutations));
         }
-        *film.dropped += picture.dropped + picture.chain_stats.dropped;
+        film.dropped.add(picture.dropped.get() + picture.chain_stats.dropped);
         picture.stats
     })
 }

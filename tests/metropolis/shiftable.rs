@@ -99,6 +99,7 @@ impl<'a> Whole<'a> {
                 position,
                 normal: normal.into(),
                 shading_normal: normal.into(),
+                reserved: 0,
             };
             owned.0.push(match self.vertices[i].kind {
                 Kind::Camera => new(VERTEX_CAMERA, 0, DVec3::ZERO),

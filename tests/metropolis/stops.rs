@@ -89,7 +89,7 @@ fn at_any_call() {
             assert!(film.cells == after[made as usize], "{shift:?}, call {calls}: part of mutation {made} is in the film");
             film.run(&sampler, &mut chain, MUTATIONS - made);
             film.flush(&sampler, &chain);
-            assert!(film.cells == picture.cells && film.dropped == 0, "{shift:?}, call {calls}");
+            assert!(film.cells == picture.cells && film.dropped.get() == 0, "{shift:?}, call {calls}");
             calls += 1;
         }
         println!("{shift:?}: {calls} calls");

@@ -78,7 +78,7 @@ fn with_another_scene_on_the_way() {
     let (chains, guided) = (Chains::new(&world, &SETUP, SEED), guided(&world));
     let scenes = [world.scene(), guided.scene()];
     let [own, other] = scenes.each_ref().map(|scene| {
-        let (sampler, mut picture) = (chains.sampler(scene, None, 1), Picture::new(&world));
+        let (sampler, picture) = (chains.sampler(scene, None, 1), Picture::new(&world));
         let gone_on = chains.chains.iter().filter(|chain| {
             let (mut chain, mut stats) = ((*chain).clone(), ChainStats::default());
             let film = &mut picture.film();

@@ -1,7 +1,7 @@
 //! Means and standard errors from independent batches, and how far two estimates are apart.
 
 use super::scenes::World;
-use volgrad::film::{Cell, Film};
+use volgrad::film::{Cell, Count, Film};
 use volgrad::math::{Colour, luminance};
 use volgrad::sampler::{Options, PathTracer, Stats};
 
@@ -77,10 +77,11 @@ impl Estimate {
         let camera = &world.camera;
         let cells = (camera.width * camera.height) as usize;
         let one = |batch: u64| {
-            let (mut cells, mut dropped) = (vec![Cell::default(); cells], 0);
-            let mut film = Film { width: camera.width, height: camera.height, cells: &mut cells, dropped: &mut dropped };
+            let (cells, dropped) = (vec![Cell::default(); cells], Count::default());
+            let mut film =
+                Film { width: camera.width, height: camera.height, cells: &cells, dropped: &dropped, is_shared: false };
             let stats = fill(batch, &mut film);
-            (cells.iter().map(|cell| cell.value() / passes as f64).collect(), stats, dropped)
+            (cells.iter().map(|cell| cell.value() / passes as f64).collect(), stats, dropped.get())
         };
         let half = |first: u64| (first..BATCHES).step_by(2).map(one).collect::<Vec<(Vec<Colour>, Stats, u64)>>();
         let (even, odd) = std::thread::scope(|scope| {

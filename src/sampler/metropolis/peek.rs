@@ -64,15 +64,14 @@ fn look(room: &mut Room, change: Change, technique: Technique, to: &mut [Vertex]
 }
 
 fn of_path(vertex: &SubpathVertex, is_last: bool) -> Vertex {
-    let user = if let Kind::Surface { user, .. } = vertex.kind { user } else { 0 };
-    let (kind, index, normal) = match vertex.kind {
-        Kind::Camera => (VERTEX_CAMERA, 0, None),
-        Kind::Medium { index, .. } => (VERTEX_MEDIUM, index, None),
-        Kind::Surface { light, normal, .. } if is_last => (VERTEX_LIGHT, light, Some(normal)),
-        Kind::Surface { material, normal, .. } => (VERTEX_SURFACE, material, Some(normal)),
-        Kind::Light { index, normal, .. } => (VERTEX_LIGHT, index, normal),
-        Kind::Far { index, .. } => (VERTEX_LIGHT, index, None),
+    let (kind, index, normal, user) = match vertex.kind {
+        Kind::Camera => (VERTEX_CAMERA, 0, None, 0),
+        Kind::Medium { index, .. } => (VERTEX_MEDIUM, index, None, 0),
+        Kind::Surface { light, normal, .. } if is_last => (VERTEX_LIGHT, light, Some(normal), 0),
+        Kind::Surface { material, normal, user, .. } => (VERTEX_SURFACE, material, Some(normal), user),
+        Kind::Light { index, normal, .. } => (VERTEX_LIGHT, index, normal, 0),
+        Kind::Far { index, .. } => (VERTEX_LIGHT, index, None, 0),
     };
     let normal = normal.map_or(Vec3::default(), Vec3::from);
-    Vertex { kind, index, user, position: vertex.position.into(), normal, shading_normal: normal }
+    Vertex { kind, index, user, position: vertex.position.into(), normal, shading_normal: normal, reserved: 0 }
 }

@@ -24,11 +24,6 @@ pub trait BsdfFunction: Debug + Sync {
         false
     }
 
-    /// Whether f_r is the same for all pairs of directions on the side of the normal, and 0 otherwise. Only `eval` is asked then.
-    fn is_lambertian(&self) -> bool {
-        false
-    }
-
     /// f_r(to_camera, to_light), without the cosine. Symmetric, but for light that is refracted: its radiance is divided by the square of the
     /// relative index of refraction on the way in.
     fn eval(&self, at: &SurfaceFrame, to_camera: DVec3, to_light: DVec3) -> Colour;

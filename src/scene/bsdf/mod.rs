@@ -54,7 +54,7 @@ pub enum Bsdf<'a> {
     RoughDielectric(RoughDielectric),
     /// On the side that the normal points to, unless it transmits.
     Custom(CustomBsdf<'a>),
-    /// Lambert's, with the host's f_r.
+    /// Lambert's, with the host's f_r, which is asked for along the normal: the only one of its functions that is.
     Texture(CustomBsdf<'a>),
     /// The same on both sides.
     TwoSided(Reflector<'a>),
