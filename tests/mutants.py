@@ -63,6 +63,21 @@ MUTANTS = [
         "sample.min(self.size[axis] - 1) as usize",
         "tracking_edge_cases walks_end_in_boxes_of_no_volume",
     ),
+    # Films.
+    Mutant(
+        "shared films: what one half of a sum carries over is lost",
+        "src/film.rs",
+        "carry = full || (part != 0 && limb.fetch_add(part, Relaxed).overflowing_add(part).1);",
+        "carry = full || (part != 0 && limb.fetch_add(part, Relaxed) == 0 && false);",
+        "film threads_may_share_a_film",
+    ),
+    Mutant(
+        "shared films are added to as if by one thread",
+        "src/film.rs",
+        "if self.is_shared { sum.add_shared(v) } else { sum.add(v) }",
+        "sum.add(v)",
+        "film threads_may_share_a_film",
+    ),
     # Layers.
     Mutant(
         "paths that begin on a mirror are in the layer of surfaces that scatter",
