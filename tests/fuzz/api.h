@@ -515,7 +515,8 @@ static inline volgrad_film *take_film(arena *a, uint32_t width, uint32_t height)
     size_t bytes = 0;
     volgrad_film *film = NULL;
     if (volgrad_film_size(width, height, &bytes) != VOLGRAD_OK || bytes > 1 << 22) return NULL;
-    MUST(volgrad_film_init(take(a, bytes), bytes, width, height, &film) == VOLGRAD_OK);
+    volgrad_status (*init)(void *, size_t, uint32_t, uint32_t, volgrad_film **) = width % 2 ? volgrad_film_init_shared : volgrad_film_init;
+    MUST(init(take(a, bytes), bytes, width, height, &film) == VOLGRAD_OK);
     return film;
 }
 
