@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use rand_core::Rng;
 use rand_pcg::Pcg64;
 use reference::random::*;
+use std::sync::Barrier;
 use volgrad::film::{Cell, Count, Film, LARGEST, LEAST};
 use volgrad::math::{Colour, DVec2};
 
@@ -200,16 +201,21 @@ fn splats_off_the_image_are_dropped_and_counted() {
 #[test]
 fn threads_may_share_a_film() {
     const THREADS: u64 = 4;
-    let splats = |thread: u64| random_splats(&mut generator(thread), 20_000);
+    const ROUNDS: u64 = 1000;
+    let splats: Vec<_> = (0..THREADS).map(|thread| random_splats(&mut generator(thread), 5000)).collect();
     let shared = Owned { is_shared: true, ..Owned::new() };
+    let alone = Owned::new();
+    let add = |film: &Owned, splats: &[Splat]| (0..ROUNDS).for_each(|_| splats.iter().for_each(|splat| film.add(*splat)));
+    let start = Barrier::new(THREADS as usize);
     std::thread::scope(|scope| {
-        for thread in 0..THREADS {
-            let shared = &shared;
-            scope.spawn(move || splats(thread).iter().for_each(|splat| shared.add(*splat)));
+        for splats in &splats {
+            scope.spawn(|| {
+                start.wait();
+                add(&shared, splats);
+            });
         }
     });
-    let alone = Owned::new();
-    (0..THREADS).for_each(|thread| splats(thread).iter().for_each(|splat| alone.add(*splat)));
+    splats.iter().for_each(|splats| add(&alone, splats));
     assert_eq!(shared.cells, alone.cells);
     assert_eq!(shared.dropped, alone.dropped);
     // Merging adds, too.
