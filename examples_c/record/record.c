@@ -105,7 +105,7 @@ int record_end(recorder *r)
 
 /* ---- ray queries ---- */
 
-/* What volgrad reads of an answer: the rest need not be initialised, and is 0 in the file. */
+/* What volgrad reads of an answer: the rest need not be initialised. */
 static volgrad_hit known_part(const volgrad_hit *hit, int occlusion)
 {
     volgrad_hit out;
