@@ -196,7 +196,7 @@ typedef struct {
     int is_shifted;
     uint64_t pass, handed_over;
     volgrad_splat at; /* the sample's pixel */
-    uint32_t kept;    /* paths of this tile */
+    uint32_t kept;    /* paths that are not handed over yet */
 } image;
 
 static void check(volgrad_status status)
@@ -292,9 +292,9 @@ static void render_pass(image *out, const volgrad_camera *camera)
                     trace(out, wide(camera->position), unit(at(at(wide(camera->forward), tangent * u, right), tangent * v, up)));
                 }
             }
-            if (out->kept > 0) hand_over(out);
         }
     }
+    if (out->kept > 0) hand_over(out);
     out->pass++;
 }
 
@@ -427,7 +427,7 @@ static void compare(const result *plain, const result *shifted)
 int main(int argc, char **argv)
 {
     double seconds = argc > 1 ? atof(argv[1]) : 10;
-    uint32_t side = argc > 2 ? (uint32_t)atoi(argv[2]) : 5;
+    uint32_t side = argc > 2 ? (uint32_t)atoi(argv[2]) : 4;
     static float reference[3 * SIZE * SIZE], noise[3 * SIZE * SIZE];
     static result plain, shifted;
     load_smoke("scenes/smoke.vol", argc > 3 ? atof(argv[3]) : 1);
@@ -437,7 +437,7 @@ int main(int argc, char **argv)
     volgrad_camera camera = look((vec){0, 1.7, 7.6}, (vec){0, 1.95, 0});
     describe(&camera);
     check(volgrad_shift_options_default(&shift, sizeof shift));
-    shift.mode = VOLGRAD_SHIFT_EXCHANGEABLE, shift.count = side * side - 1, shift.run = 1;
+    shift.mode = VOLGRAD_SHIFT_EXCHANGEABLE, shift.count = side * side - 1, shift.run = 3;
     render(seconds, &camera, 0, &plain);
     double error = mse(plain.rgb, reference, noise);
     printf(", MSE %.3g\n", error);

@@ -1142,8 +1142,6 @@ typedef struct volgrad_sparse_grid {
 
 
 
-
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus

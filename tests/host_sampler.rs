@@ -355,7 +355,7 @@ fn paths_that_begin_alike_share_a_batch() {
             let random = || unreachable!("exchangeable tiles leave nothing to chance");
             shifted(&world, &options, &path.path(), path.weight, tiles, random, &mut |p, c| apart.push((p, c)));
             let shiftable = shift::from_path(&scene, &path.path(), path.weight, &options).expect("f > 0").expect("movable");
-            paths.add(shiftable, random, |p, c| together.push((p, c))).expect("never stops");
+            paths.add(&shiftable, random, |p, c| together.push((p, c))).expect("never stops");
         }
         paths.finish(|p, c| together.push((p, c))).expect("never stops");
         assert!(together.len() <= 18, "{} splats of {} paths", together.len(), all.len());

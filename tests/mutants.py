@@ -34,6 +34,28 @@ MUTANTS = [
         "/ chains",
         "metropolis each_length_counts_right",
     ),
+    # Distances from milestones.
+    Mutant(
+        "what lies before a milestone counts again after it",
+        "src/medium/milestones.rs",
+        "target - before)",
+        "target)",
+        "tracking distances_are_found_from_milestones",
+    ),
+    Mutant(
+        "a line keeps the milestones of the one before",
+        "src/medium/milestones.rs",
+        "        self.count = 0;\n        let mut optical_depth",
+        "        let mut optical_depth",
+        "tracking distances_are_found_from_milestones",
+    ),
+    Mutant(
+        "milestones are those of any stretch",
+        "src/medium/milestones.rs",
+        "known == 0 || stretch.start != self.start",
+        "known == 0",
+        "tracking distances_are_found_from_milestones",
+    ),
     # What hosts say about points of surfaces.
     Mutant(
         "surfaces that a batch's members see forget what their hits said",

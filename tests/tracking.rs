@@ -26,7 +26,7 @@ use reference::{
     world::World,
 };
 use volgrad::medium::sample_distance_with_moments;
-use volgrad::medium::{self, EdgeMoments, Flight, Line, NONE, Segment, distance_number, sample_distance};
+use volgrad::medium::{self, EdgeMoments, Flight, Line, Milestones, NONE, Segment, distance_number, sample_distance};
 
 /// Of exact line integrals, relative to 1 + τ, and of distances, in world units.
 const EXACT: f64 = 1e-9;
@@ -171,20 +171,25 @@ fn pdf_is_the_derivative_of_the_cdf() {
     assert_below(&passed, EXACT);
 }
 
-/// The moments that come with a distance are those of the line up to there.
-fn compare_moments_with_distance(line: &Line, u: f64, worst: &mut Worst, name: &str) {
-    let (flight, flown) = sample_distance_with_moments(line, u);
-    let length = match (flight, sample_distance(line, u)) {
+/// Notes by how much two flights differ. Returns how far the second goes.
+fn compare_flights(found: Flight, expected: Flight, line: &Line, worst: &mut Worst, name: &str) -> f64 {
+    match (found, expected) {
         (Flight::Collision { t, pdf, .. }, Flight::Collision { t: expected, pdf: expected_pdf, .. }) => {
             worst.note((t - expected).abs() + (pdf - expected_pdf).abs(), || format!("distance, {name}"));
-            t
+            expected
         }
         (Flight::Passed { probability, .. }, Flight::Passed { probability: expected, .. }) => {
             worst.note((probability - expected).abs(), || format!("probability, {name}"));
             line.length
         }
         other => panic!("{name}: {other:?}"),
-    };
+    }
+}
+
+/// The moments that come with a distance are those of the line up to there.
+fn compare_moments_with_distance(line: &Line, u: f64, worst: &mut Worst, name: &str) {
+    let (flight, flown) = sample_distance_with_moments(line, u);
+    let length = compare_flights(flight, sample_distance(line, u), line, worst, name);
     let part = Line { length, ..*line };
     let expected = medium::moments(&part);
     worst.note((flown.optical_depth - expected.optical_depth).length(), || format!("τ, {name}"));
@@ -194,6 +199,34 @@ fn compare_moments_with_distance(line: &Line, u: f64, worst: &mut Worst, name: &
             worst.note((ours[c] - expected[c]).length() / (1.0 + expected[c].length()), || format!("∇τ, {name}"));
         }
     }
+}
+
+/// From milestones the same distances are found, everywhere along a line, and where none is.
+fn compare_from_milestones(line: &Line, milestones: &mut Milestones, worst: &mut Worst, name: &str) {
+    let optical_depth = milestones.set_along(line);
+    worst.note((optical_depth - medium::optical_depth(line)).length(), || format!("τ, {name}"));
+    let end = distance_number(line);
+    let beyond = end + 0.5 * (1.0 - end);
+    for u in (0..64).map(|i| end * (f64::from(i) + 0.5) / 64.0).chain([0.0, beyond]) {
+        compare_flights(milestones.sample_distance(line, u), sample_distance(line, u), line, worst, name);
+    }
+}
+
+#[test]
+fn distances_are_found_from_milestones() {
+    let mut worst = Worst::default();
+    let mut rng = generator(13);
+    // One after another, as the rays of many tiles: nothing of the line before may be left.
+    let mut milestones = Milestones::default();
+    for_each_edge(14, |name, _, _, line| compare_from_milestones(line, &mut milestones, &mut worst, name));
+    for n in 0..200 {
+        let mixed = Mixed::random(&mut rng);
+        let host = mixed.media.each_ref().map(|medium| HostMedium::new(medium, Bricks::Built));
+        let media = host.each_ref().map(HostMedium::view);
+        let whole = line(&mixed.edge, &media, &mixed.segments);
+        compare_from_milestones(&whole, &mut milestones, &mut worst, &format!("edge {n}"));
+    }
+    assert_below(&worst, EXACT);
 }
 
 #[test]

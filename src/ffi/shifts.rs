@@ -307,7 +307,7 @@ unsafe fn shift_all(
             Some(options) if weight.max_element() > 0.0 => from_path(scene, &path, weight, options)?,
             _ => None,
         };
-        match (shiftable, &mut shifts) {
+        match (&shiftable, &mut shifts) {
             (Some(path), Some(shifts)) => shifts.add(path, shift_numbers(seed, index, 0), |p, c| result.add(p, c))?,
             _ => result.add(first_pixel(scene, &path)?, weight),
         }

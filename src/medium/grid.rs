@@ -4,6 +4,7 @@
 use super::bricks::{Brick, brick_counts};
 use super::cell::Expansion;
 use super::dda::LatticeLine;
+use super::milestones::{Milestones, Survey};
 use super::walk::{Inside, MomentsUntil, Samples, Until};
 use super::{Extent, Inversion, Moments, Stretch};
 use crate::math::{DAffine3, DMat3, DVec2, DVec3};
@@ -99,6 +100,15 @@ impl<'a> Grid<'a> {
             // Not for finite samples.
             Inversion::At(_) => f64::INFINITY,
         }
+    }
+
+    /// The same; milestones are set along what is inside the box.
+    pub fn integral_with_milestones(&self, stretch: &Stretch, milestones: &mut Milestones) -> f64 {
+        let line = self.line(stretch);
+        let Some(clip) = self.clip(&line, stretch) else { return 0.0 };
+        let mut survey = Survey::new(milestones, clip.inside.start, clip.inside.end);
+        let _ = self.samples.walk(&line, &clip.inside, &mut survey);
+        survey.total.max(0.0)
     }
 
     pub fn invert(&self, stretch: &Stretch, target: f64) -> Inversion {

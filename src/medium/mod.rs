@@ -8,6 +8,7 @@ mod dda;
 mod estimators;
 mod exact;
 mod grid;
+mod milestones;
 mod tracking;
 mod walk;
 
@@ -16,6 +17,7 @@ pub use bricks::{BRICK_SIDE, Brick, brick_counts, build_bricks};
 pub use custom::{Custom, DensityField, IntegratedField};
 pub use estimators::{Estimate, Estimator, estimate_transmittance};
 pub use grid::Grid;
+pub use milestones::Milestones;
 pub use tracking::{
     EdgeMoments, Flight, Line, NONE, Segment, collision_pdf, distance_number, moments, optical_depth, optical_depth_or_dark,
     sample_distance, sample_distance_with_moments,

@@ -185,11 +185,17 @@ pub(super) fn add_face(sum: &mut EdgeMoments, direction: DVec3, t: f64, normal: 
 /// A collision distance from one uniform number u ∈ (0, 1). The cdf is the mean of the channels' cdfs, 1 − exp(−τ), so that one
 /// number serves chromatic media too; the pdf is the mean of σ_t·exp(−τ).
 pub fn sample_distance(line: &Line, u: f64) -> Flight {
+    find_collision(line, u, |medium, stretch, target| medium.density.invert(stretch, target))
+}
+
+/// The same with any way to invert a stretch's integral.
+#[inline(always)]
+pub(super) fn find_collision(line: &Line, u: f64, invert: impl Fn(&Medium, &Stretch, f64) -> Inversion) -> Flight {
     let mut optical_depth = Colour::ZERO;
     for (stretch, segment) in line.stretches() {
         let Some(medium) = line.medium(segment.medium) else { continue };
         let target = density_until(optical_depth, medium.sigma_t, u);
-        match medium.density.invert(&stretch, target) {
+        match invert(medium, &stretch, target) {
             Inversion::At(t) => {
                 optical_depth += scaled(medium.sigma_t, target);
                 return collision(&stretch, t, segment.medium, medium, optical_depth);

@@ -28,7 +28,9 @@ pub struct CameraSamples<'a, Q> {
     /// How batches are made in this pass.
     pub shift: Option<shift::Options>,
     tiling: Option<Tiling>,
-    tile: Option<(Bounds, Tile)>,
+    /// The tile that the last sample is in, and where.
+    tile: Tile,
+    bounds: Option<Bounds>,
 }
 
 impl<'a, Q: Queries> CameraSamples<'a, Q> {
@@ -49,7 +51,7 @@ impl<'a, Q: Queries> CameraSamples<'a, Q> {
             let numbers = tile_numbers(seed, pass);
             Tiling::new(&scene.camera, options.tile_side(), numbers)
         });
-        Ok(Self { scene, queries, seed, pass, shift, tiling, tile: None })
+        Ok(Self { scene, queries, seed, pass, shift, tiling, tile: Tile::default(), bounds: None })
     }
 
     /// That of the sampled pixel number `index`: row by row; with tiles, tile by tile.
@@ -66,17 +68,18 @@ impl<'a, Q: Queries> CameraSamples<'a, Q> {
         let place = DVec2::new(x.into(), y.into()) + pair(&at_camera, Slot::DirectionU, Slot::DirectionV);
         let lens = on_lens(at_camera);
         if let Some(bounds) = self.tiling.map(|tiling| tiling.tile(x, y))
-            && self.tile.as_ref().is_none_or(|(known, _)| *known != bounds)
+            && self.bounds != Some(bounds)
         {
             // All paths of a tile go through one point of the lens: that of its first pixel, sampled here or not.
             let [left, top, ..] = bounds;
             let lens = on_lens(RandomNumbers::for_path(self.seed, self.pass, number(left, top)).vertex(0));
-            let traced = Tile::trace(self.scene, self.queries, bounds, place, lens)?;
-            stats.rays += traced.views().len() as u64;
-            self.tile = Some((bounds, traced));
+            self.bounds = None;
+            self.tile.retrace(self.scene, self.queries, bounds, place, lens)?;
+            stats.rays += self.tile.views().len() as u64;
+            self.bounds = Some(bounds);
         }
         let view = self.view(place, lens, stats)?;
-        let lens = if self.tile.is_some() { camera.on_lens(view.ray.origin) } else { lens };
+        let lens = if self.bounds.is_some() { camera.on_lens(view.ray.origin) } else { lens };
         Ok(CameraSample { pixel, place, lens, view, numbers })
     }
 
@@ -94,7 +97,7 @@ impl<'a, Q: Queries> CameraSamples<'a, Q> {
 
     /// The tile that the last sample is in.
     pub fn tile(&self) -> Option<&Tile> {
-        self.tile.as_ref().map(|(_, tile)| tile)
+        self.bounds.map(|_| &self.tile)
     }
 
     /// The numbers of the batch of that pixel's sample.

@@ -32,7 +32,7 @@ pub struct Camera {
 }
 
 /// A ray through an image point, from a point of the lens. It starts at the near plane, `start` away from there.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct CameraRay {
     /// The path's x_0.
     pub origin: DVec3,

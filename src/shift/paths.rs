@@ -21,7 +21,7 @@ pub struct Paths<'a, Q, R> {
     queries: &'a Q,
     options: Options,
     tiles: [u32; 2],
-    tile: Option<Tile>,
+    tile: Tile,
     scratch: &'a mut Scratch,
     /// Not shifted yet, since the next path may join it.
     waiting: Option<(Shiftable, R)>,
@@ -30,36 +30,40 @@ pub struct Paths<'a, Q, R> {
 impl<'a, Q: Queries, R: FnMut() -> f64> Paths<'a, Q, R> {
     /// `tiles`: where tiles begin.
     pub fn new(scene: &'a Scene<'a>, queries: &'a Q, options: Options, tiles: [u32; 2], scratch: &'a mut Scratch) -> Self {
-        Self { scene, queries, options, tiles, tile: None, scratch, waiting: None }
+        Self { scene, queries, options, tiles, tile: Tile::default(), scratch, waiting: None }
     }
 
     /// A path to shift, with random numbers of its own; splats the ones before that have nothing in common with it.
-    pub fn add(&mut self, path: Shiftable, random: R, splat: impl FnMut(DVec2, Colour)) -> Result<(), Stop> {
-        if self.waiting.as_mut().is_some_and(|(waiting, _)| waiting.join(&path)) {
+    pub fn add(&mut self, path: &Shiftable, random: R, splat: impl FnMut(DVec2, Colour)) -> Result<(), Stop> {
+        if self.waiting.as_mut().is_some_and(|(waiting, _)| waiting.join(path)) {
             return Ok(());
         }
         self.finish(splat)?;
-        self.waiting = Some((path, random));
+        self.waiting = Some((*path, random));
         Ok(())
     }
 
     /// Splats what waits.
     pub fn finish(&mut self, splat: impl FnMut(DVec2, Colour)) -> Result<(), Stop> {
-        let Some((path, random)) = self.waiting.take() else { return Ok(()) };
-        if !self.tile.as_ref().is_some_and(|tile| self.serves(tile, &path.image)) {
-            self.tile = Tile::around(self.scene, self.queries, &self.options, self.tiles, &path.image)?;
+        let Self { scene, queries, options, tiles, tile, scratch, waiting } = self;
+        let Some((path, random)) = waiting else { return Ok(()) };
+        let has_views = options.has_views();
+        if has_views && !has_view(scene, tile, &path.image) {
+            tile.retrace_around(scene, *queries, options, *tiles, &path.image)?;
         }
-        let Self { scene, queries, options, tiles, tile, scratch, .. } = self;
-        let draw = Draw { tiles: *tiles, random };
-        scratch.shift(scene, *queries, options, &path, tile.as_ref(), draw, splat).map(|_| ())
+        let (tile, draw) = (has_views.then_some(&*tile), Draw { tiles: *tiles, random });
+        scratch.shift(scene, *queries, options, path, tile, draw, splat)?;
+        self.waiting = None;
+        Ok(())
     }
+}
 
-    fn serves(&self, tile: &Tile, image: &ImagePoint) -> bool {
-        tile.view(image.pixel).is_some_and(|view| {
-            let on_lens = (view.ray.origin - image.ray.origin).length() <= SAME_LENS_PLACE * self.scene.camera.lens_radius;
-            on_lens && (view.pixel - image.pixel).abs().max_element() < SAME_PLACE
-        })
-    }
+/// Whether a tile serves an image point.
+fn has_view(scene: &Scene, tile: &Tile, image: &ImagePoint) -> bool {
+    tile.view(image.pixel).is_some_and(|view| {
+        let on_lens = (view.ray.origin - image.ray.origin).length() <= SAME_LENS_PLACE * scene.camera.lens_radius;
+        on_lens && (view.pixel - image.pixel).abs().max_element() < SAME_PLACE
+    })
 }
 
 impl Shiftable {

@@ -3,9 +3,9 @@
 use super::kernel::{MAX_SHIFTS, Options};
 use super::run::{Place, Progress, Shiftable, volume_to_image};
 use super::spots::{spots, steps};
-use super::tile::{Tile, collision_probability};
+use super::tile::{Collisions, Tile};
 use crate::math::{DVec2, DVec3, absorptance, mean};
-use crate::medium::{Flight, collision_pdf, sample_distance};
+use crate::medium::{Flight, collision_pdf};
 use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
 
 /// What chance has to say about a batch.
@@ -29,8 +29,6 @@ pub(super) struct Member {
 }
 
 impl Member {
-    pub const EMPTY: Self = Self { image: None, y: DVec3::ZERO, value: None };
-
     pub fn pixel(&self) -> Option<DVec2> {
         self.image.map(|image| image.pixel)
     }
@@ -61,18 +59,8 @@ pub(super) struct Members(pub [Member; MAX_SHIFTS]);
 
 impl Default for Members {
     fn default() -> Self {
-        Self([Member::EMPTY; MAX_SHIFTS])
-    }
-}
-
-impl Members {
-    fn fill(&mut self, members: impl Iterator<Item = Member>) -> &mut [Member] {
-        let mut count = 0;
-        for (slot, member) in self.0.iter_mut().zip(members) {
-            *slot = member;
-            count += 1;
-        }
-        self.0.get_mut(..count).unwrap_or(&mut [])
+        // One after another, since a value that is not there need not be written; a copy of an empty member would.
+        Self(core::array::from_fn(|_| Member { image: None, y: DVec3::ZERO, value: None }))
     }
 }
 
@@ -117,24 +105,25 @@ pub(super) fn place<'m>(
 /// the vertex instead of changing f.
 pub(super) fn place_on_rays<'m>(scene: &Scene, path: &Shiftable, tile: &Tile, members: &'m mut Members) -> &'m mut [Member] {
     let first = path.first();
-    let own = tile.view(path.image.pixel);
-    let share = own.map_or(0.0, |view| mean(absorptance(first.depth.at_x)) / collision_probability(view));
-    let pdf = own.map_or(0.0, |view| collision_pdf(&view.line(scene, path.image.distance), first.depth.at_x));
-    let density = pdf * volume_to_image(&scene.camera, &path.image);
-    let own_spread = own.map_or(0.0, |view| collision_probability(view) / density);
-    let reached = |view: &View| {
-        if first.place.is_surface() {
-            return on_surface(scene, view);
-        }
-        let (value, spread) = in_medium(scene, view, share)?;
-        Some(value.scaled(spread / own_spread))
-    };
-    let others = tile.views().iter().filter(|view| own.is_none_or(|own| own.pixel != view.pixel));
-    members.fill(others.map(|view| {
-        let value = reached(view);
-        let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: f64::INFINITY };
-        Member { image: Some(value.map_or(image, |value| value.image)), y: value.map_or(first.x, |value| value.y), value }
-    }))
+    let own = tile.ray(path.image.pixel);
+    let share = own.map_or(0.0, |(_, collisions)| mean(absorptance(first.depth.at_x)) / collisions.probability);
+    let own_spread = own.map_or(0.0, |(view, collisions)| {
+        let pdf = collision_pdf(&view.line(scene, path.image.distance), first.depth.at_x);
+        collisions.probability / (pdf * volume_to_image(&scene.camera, &path.image))
+    });
+    let mut count = 0;
+    let others = tile.rays().filter(|(view, _)| own.is_none_or(|(own, _)| own.pixel != view.pixel));
+    for (slot, (view, collisions)) in members.0.iter_mut().zip(others) {
+        slot.value = if first.place.is_surface() {
+            on_surface(scene, view)
+        } else {
+            in_medium(scene, view, collisions, share).map(|(value, spread)| value.scaled(spread / own_spread))
+        };
+        let unknown = ImagePoint { pixel: view.pixel, ray: view.ray, distance: f64::INFINITY };
+        (slot.y, slot.image) = slot.value.as_ref().map_or((first.x, Some(unknown)), |value| (value.y, Some(value.image)));
+        count += 1;
+    }
+    members.0.get_mut(..count).unwrap_or(&mut [])
 }
 
 /// The surface that a camera ray meets, if paths may begin to move there.
@@ -147,11 +136,11 @@ fn on_surface(scene: &Scene, view: &View) -> Option<Progress> {
 }
 
 /// The vertex in a medium with `share` of the collisions along a camera ray before it, and dV/du there, per area of the image.
-fn in_medium(scene: &Scene, view: &View, share: f64) -> Option<(Progress, f64)> {
-    let probability = collision_probability(view);
+fn in_medium(scene: &Scene, view: &View, collisions: &Collisions, share: f64) -> Option<(Progress, f64)> {
+    let Collisions { probability, milestones } = collisions;
     let line = view.line(scene, view.length());
-    let number = share * probability;
-    let Flight::Collision { t, medium, optical_depth, pdf } = sample_distance(&line, number) else { return None };
+    let flight = milestones.sample_distance(&line, share * probability);
+    let Flight::Collision { t, medium, optical_depth, pdf } = flight else { return None };
     let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: t };
     let y = line.origin + t * line.direction;
     let spread = probability / (pdf * volume_to_image(&scene.camera, &image));

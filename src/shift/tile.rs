@@ -2,8 +2,9 @@
 //! Source: P. Bekaert et al., *Accelerating Path Tracing by Re-Using Paths*, EGWR 2002.
 
 use super::kernel::{MAX_SHIFTS, Options};
-use crate::math::{Colour, DVec2, absorptance, floor, mean};
-use crate::scene::{Camera, HIT_OVERFLOW, ImagePoint, Queries, Scene, Stop, View};
+use crate::math::{DVec2, absorptance, floor, mean};
+use crate::medium::Milestones;
+use crate::scene::{Camera, CameraRay, HIT_OVERFLOW, Hit, ImagePoint, Queries, Scene, Stop, View};
 use core::num::NonZeroU32;
 
 /// How tiles cover the sampled pixels. Those at the border are cut.
@@ -60,65 +61,100 @@ impl Tiling {
     }
 }
 
-/// A tile's camera rays.
+/// A tile's camera rays, once they are traced.
 pub struct Tile {
     views: [View; MAX_SHIFTS + 1],
+    collisions: [Collisions; MAX_SHIFTS + 1],
     count: usize,
 }
 
+/// What collisions along a camera ray are like.
+#[derive(Clone, Copy, Default)]
+pub struct Collisions {
+    /// That of one anywhere on the way, if distances are sampled to the end.
+    pub probability: f64,
+    pub milestones: Milestones,
+}
+
+impl Default for Tile {
+    fn default() -> Self {
+        let none = View { pixel: DVec2::ZERO, ray: CameraRay::default(), hit: Hit::EMPTY, optical_depth: None };
+        Self { views: [none; MAX_SHIFTS + 1], collisions: [Collisions::default(); MAX_SHIFTS + 1], count: 0 }
+    }
+}
+
 impl Tile {
-    /// The tile of an image point, if batches need its rays; `numbers` say where tiles begin.
-    pub fn around(
+    /// Traces the rays from a point of the lens through the same place in all pixels of a tile as `pixel` is in its own.
+    pub fn trace(scene: &Scene, queries: &impl Queries, bounds: Bounds, pixel: DVec2, lens: DVec2) -> Result<Self, Stop> {
+        let mut tile = Self::default();
+        tile.retrace(scene, queries, bounds, pixel, lens)?;
+        Ok(tile)
+    }
+
+    /// Becomes the tile of an image point; `numbers` say where tiles begin.
+    pub fn retrace_around(
+        &mut self,
         scene: &Scene,
         queries: &impl Queries,
         options: &Options,
         numbers: [u32; 2],
         image: &ImagePoint,
-    ) -> Result<Option<Self>, Stop> {
-        if !options.has_views() {
-            return Ok(None);
-        }
+    ) -> Result<(), Stop> {
         let tiling = Tiling::new(&scene.camera, options.tile_side(), numbers);
         let bounds = tiling.tile(image.pixel.x as u32, image.pixel.y as u32);
         let lens = scene.camera.on_lens(image.ray.origin);
-        Self::trace(scene, queries, bounds, image.pixel, lens).map(Some)
+        self.retrace(scene, queries, bounds, image.pixel, lens)
     }
 
-    /// Traces the rays from a point of the lens through the same place in all pixels of a tile as `pixel` is in its own.
-    pub fn trace(
+    /// Becomes another tile, as `trace` makes it.
+    pub fn retrace(
+        &mut self,
         scene: &Scene,
         queries: &impl Queries,
         [x0, y0, x1, y1]: Bounds,
         pixel: DVec2,
         lens: DVec2,
-    ) -> Result<Self, Stop> {
+    ) -> Result<(), Stop> {
         let place = DVec2::new(pixel.x - floor(pixel.x), pixel.y - floor(pixel.y));
-        let mut tile = Self { views: [View::through(scene, pixel, lens); MAX_SHIFTS + 1], count: 0 };
-        let pixels = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y)));
-        for (view, (x, y)) in tile.views.iter_mut().zip(pixels) {
-            *view = View::through(scene, DVec2::new(x.into(), y.into()) + place, lens);
-            tile.count += 1;
+        self.count = 0;
+        let pixels = (y0..y1).flat_map(|y| (x0..x1).map(move |x| DVec2::new(x.into(), y.into())));
+        let mut count = 0;
+        for (view, pixel) in self.views.iter_mut().zip(pixels) {
+            *view = View::through(scene, pixel + place, lens);
+            count += 1;
         }
-        let views = tile.views.get_mut(..tile.count).unwrap_or(&mut []);
+        let views = self.views.get_mut(..count).unwrap_or(&mut []);
         View::trace(views, scene, queries)?;
-        for view in views.iter_mut().filter(|view| view.hit.kind != HIT_OVERFLOW) {
-            view.whole_depth(scene);
+        for (view, collisions) in views.iter_mut().zip(&mut self.collisions) {
+            if view.hit.kind == HIT_OVERFLOW {
+                *collisions = Collisions::default();
+                continue;
+            }
+            let optical_depth = collisions.milestones.set_along(&view.line(scene, view.length()));
+            view.optical_depth = Some(optical_depth);
+            collisions.probability = mean(absorptance(optical_depth));
         }
-        Ok(tile)
+        self.count = count;
+        Ok(())
     }
 
     pub fn views(&self) -> &[View] {
         self.views.get(..self.count).unwrap_or(&[])
     }
 
+    /// All rays, with what is known of them.
+    pub fn rays(&self) -> impl Iterator<Item = (&View, &Collisions)> {
+        self.views().iter().zip(&self.collisions)
+    }
+
     /// The view of the pixel that contains `pixel`.
     pub fn view(&self, pixel: DVec2) -> Option<&View> {
-        let cell = |p: DVec2| (floor(p.x), floor(p.y));
-        self.views().iter().find(|view| cell(view.pixel) == cell(pixel))
+        self.ray(pixel).map(|(view, _)| view)
     }
-}
 
-/// Probability of a collision anywhere on the way, if distances are sampled to the end.
-pub fn collision_probability(view: &View) -> f64 {
-    mean(absorptance(view.optical_depth.unwrap_or(Colour::ZERO)))
+    /// The ray of that pixel.
+    pub fn ray(&self, pixel: DVec2) -> Option<(&View, &Collisions)> {
+        let cell = |p: DVec2| (floor(p.x), floor(p.y));
+        self.rays().find(|(view, _)| cell(view.pixel) == cell(pixel))
+    }
 }

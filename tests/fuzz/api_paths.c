@@ -105,7 +105,7 @@ static void shift_all(input *in, world *w, volgrad_path *paths, uint32_t path_co
     volgrad_status status =
         volgrad_shift_paths(w->scene, queries, &options, paths, weights, path_count, seed, index, splats, capacity, &count);
     uint32_t most = options.struct_size < sizeof options ? VOLGRAD_MAX_SHIFTS : options.count; /* options that are cut off have the default's */
-    MUST(status == VOLGRAD_OK ? count <= capacity && count <= path_count * (most + 1) : count == 0);
+    MUST(status == VOLGRAD_OK ? count <= capacity && count <= path_count * (most + 1ull) : count == 0);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

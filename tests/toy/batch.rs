@@ -47,8 +47,12 @@ pub fn batch(
 ) -> BatchStats {
     let scene = world.scene();
     let draw = Draw { tiles: tile_numbers(3, pass), random: shift_numbers(3, pass, 0) };
-    let tile = Tile::around(&scene, &world.geometry, options, draw.tiles, &path.image).expect("never stops");
-    shift::shift(&scene, &world.geometry, options, path, tile.as_ref(), draw, &mut splat).expect("never stops")
+    let mut tile = Tile::default();
+    if options.has_views() {
+        tile.retrace_around(&scene, &world.geometry, options, draw.tiles, &path.image).expect("never stops");
+    }
+    let tile = options.has_views().then_some(&tile);
+    shift::shift(&scene, &world.geometry, options, path, tile, draw, &mut splat).expect("never stops")
 }
 
 /// Its splats alone; the last one is the path's own.

@@ -14,7 +14,7 @@ use crate::sampler::bidirectional::{Connection, Joined, MAX_LENGTH, Technique, t
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{ChainNumbers, chain_shift_numbers};
 use crate::scene::{Queries, Scene, Stop};
-use crate::shift::{self, Draw, Tile};
+use crate::shift::{self, Draw};
 
 /// How chains move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -306,7 +306,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         film: &mut Film,
         stats: &mut Stats,
     ) -> Result<(), Stop> {
-        let Room { camera, light, sample, shiftable, batch, .. } = room;
+        let Room { camera, light, sample, shiftable, batch, tile, .. } = room;
         let sample = sample.get(change != Change::NONE);
         let Some(connection) = sample.connection.as_ref().filter(|_| due > 0.0 && sample.target > 0.0) else { return Ok(()) };
         let (camera, light) = (camera.get(change.camera).vertices(), light.get(change.light).vertices());
@@ -326,10 +326,14 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         };
         let options = options.after(sample.born as f64 * f64::from(state.start.chains));
         let (tiles, random) = chain_shift_numbers(self.options.seed, state.index, sample.born);
-        let tile = Tile::around(self.scene, self.queries, &options, tiles, &path.image)?;
-        stats.rays += tile.as_ref().map_or(0, |tile| tile.views().len() as u64);
+        let has_views = options.has_views();
+        if has_views {
+            tile.retrace_around(self.scene, self.queries, &options, tiles, &path.image)?;
+            stats.rays += tile.views().len() as u64;
+        }
+        let tile = has_views.then_some(&*tile);
         let draw = Draw { tiles, random };
-        let done = batch.shift(self.scene, self.queries, &options, path, tile.as_ref(), draw, |p, c| film.add(p, c * due))?;
+        let done = batch.shift(self.scene, self.queries, &options, path, tile, draw, |p, c| film.add(p, c * due))?;
         stats.add_batch(&done);
         Ok(())
     }

@@ -4,7 +4,7 @@
 use super::bootstrap::Numbers;
 use super::numbers::{Change, capacity};
 use crate::sampler::bidirectional::{Connection, MAX_LENGTH, Subpath};
-use crate::shift::{self, Shiftable};
+use crate::shift::{self, Shiftable, Tile};
 
 /// A path of the chain, ready to be splatted. Its vertices are beside it.
 #[derive(Default)]
@@ -50,6 +50,7 @@ pub struct Room<'a> {
     pub numbers: Numbers,
     pub shiftable: Option<Shiftable>,
     pub batch: shift::Scratch,
+    pub tile: Tile,
 }
 
 impl Default for Room<'_> {
@@ -61,6 +62,7 @@ impl Default for Room<'_> {
             numbers: [0.0; capacity(MAX_LENGTH)],
             shiftable: None,
             batch: shift::Scratch::default(),
+            tile: Tile::default(),
         }
     }
 }
