@@ -123,7 +123,7 @@ pub unsafe extern "C" fn volgrad_line_sample_distance(
         let line = unsafe { self::line(scene, line) }?;
         check_number(u)?;
         write(match sample_distance(&line, u) {
-            Flight::Collision { t, medium, optical_depth, pdf } => {
+            Flight::Collision { t, medium, optical_depth, pdf, .. } => {
                 volgrad_flight { t: t as f32, medium, tau: optical_depth.into(), pdf: pdf as f32 }
             }
             Flight::Passed { optical_depth, probability } => volgrad_flight {

@@ -160,6 +160,12 @@ impl Density<'_> {
         }
     }
 
+    /// ρ at the distance `t`, and [`Density::along`]: the same where integrals are exact.
+    pub fn at_and_along(&self, stretch: &Stretch, t: f64) -> (f64, f64) {
+        let density = self.at(stretch.origin + t * stretch.direction);
+        (density, if let Self::Custom(custom) = self { custom.along(stretch, t) } else { density })
+    }
+
     /// Where along the stretch the density can be other than 0. None: nowhere.
     pub fn extent(&self, stretch: &Stretch) -> Option<Extent> {
         match self {

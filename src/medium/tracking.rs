@@ -40,8 +40,8 @@ pub struct Line<'a> {
 /// What [`sample_distance`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flight {
-    /// A collision at distance `t` in `medium`; `pdf` per unit distance.
-    Collision { t: f64, medium: u32, optical_depth: Colour, pdf: f64 },
+    /// A collision at distance `t` in `medium`, where σ_t is `extinction`; `pdf` per unit distance.
+    Collision { t: f64, medium: u32, optical_depth: Colour, extinction: Colour, pdf: f64 },
     /// The far end is reached, which has this `probability`.
     Passed { optical_depth: Colour, probability: f64 },
 }
@@ -226,8 +226,9 @@ pub fn sample_distance_with_moments(line: &Line, u: f64) -> (Flight, EdgeMoments
 }
 
 fn collision(stretch: &Stretch, t: f64, index: u32, medium: &Medium, optical_depth: Colour) -> Flight {
-    let pdf = mean(medium.sigma_t * medium.density.along(stretch, t) * transmittance(optical_depth));
-    Flight::Collision { t, medium: index, optical_depth, pdf }
+    let (density, along) = medium.density.at_and_along(stretch, t);
+    let pdf = mean(medium.sigma_t * along * transmittance(optical_depth));
+    Flight::Collision { t, medium: index, optical_depth, extinction: medium.sigma_t * density, pdf }
 }
 
 /// The density with which [`sample_distance`] makes a collision at the end of a finite line, whose optical depth is given.

@@ -214,14 +214,19 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         }
         let on_surface = self.hit.kind == HIT_SURFACE;
         let length = if on_surface { self.start + f64::from(self.hit.t) } else { f64::INFINITY };
-        let share = if depth == 1 { self.look() } else { 1.0 };
-        let line = self.line(length, self.hit.media());
-        if depth == 1 && !self.leads_on() {
-            return Ok(None);
-        }
-        match sample_distance(&line, share * number(numbers, Slot::Distance)) {
-            Flight::Collision { t, medium, optical_depth, pdf } => {
-                Ok(self.collide(depth, t, medium, optical_depth, pdf / share))
+        let u = number(numbers, Slot::Distance);
+        let (share, flight) = if depth == 1 {
+            let share = self.look();
+            if !self.leads_on() {
+                return Ok(None);
+            }
+            (share, self.view.sample_distance(self.scene, share * u))
+        } else {
+            (1.0, sample_distance(&self.line(length, self.hit.media()), u))
+        };
+        match flight {
+            Flight::Collision { t, medium, optical_depth, extinction, pdf } => {
+                Ok(self.collide(depth, t, medium, optical_depth, extinction, pdf / share))
             }
             // Light that arrives with probability 0 has underflowed.
             Flight::Passed { probability, .. } if !(probability > 0.0) => Ok(None),
@@ -241,7 +246,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         if let Some(light) =
             self.scene.lights.get(light).filter(|_| self.options.first.none && !self.options.leaves_out(1, true))
         {
-            let optical_depth = self.view.whole_depth(self.scene);
+            let optical_depth = self.view.collisions(self.scene).optical_depth;
             self.record.emitted(transmittance(optical_depth), light.emission(-self.direction));
         }
         self.view.collision_share(self.scene)
@@ -290,10 +295,18 @@ impl<'a, Q: Queries> Walk<'a, Q> {
     }
 
     /// A collision in a medium.
-    fn collide(&mut self, depth: u32, t: f64, index: u32, optical_depth: Colour, pdf: f64) -> Option<Vertex<'a>> {
+    fn collide(
+        &mut self,
+        depth: u32,
+        t: f64,
+        index: u32,
+        optical_depth: Colour,
+        extinction: Colour,
+        pdf: f64,
+    ) -> Option<Vertex<'a>> {
         let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
         let position = self.origin + t * self.direction;
-        let sigma_s = medium.sigma_s(position);
+        let sigma_s = medium.albedo * extinction;
         self.throughput *= sigma_s * transmittance(optical_depth) / pdf;
         if !(self.throughput.max_element() > 0.0) {
             return None;

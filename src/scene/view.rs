@@ -1,8 +1,8 @@
 //! What the camera sees through an image point: the first surface, and the media before it.
 
-use super::{Bsdf, CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, Queries, Ray, Scene, Stop};
+use super::{Bsdf, CameraRay, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Queries, Ray, Scene, Stop};
 use crate::math::{Colour, DVec2, absorptance, mean};
-use crate::medium::{Line, optical_depth};
+use crate::medium::{Flight, Line, Milestones, sample_distance};
 use core::slice::from_mut;
 
 /// A camera ray, traced.
@@ -12,17 +12,44 @@ pub struct View {
     pub ray: CameraRay,
     /// Of kind `HIT_OVERFLOW` if there are more media than fit: nothing is known then.
     pub hit: Hit,
-    /// Of all media along the ray, if it has been computed.
-    pub optical_depth: Option<Colour>,
+    /// Once they have been looked for.
+    collisions: Option<Collisions>,
+}
+
+/// What collisions with all media along a camera ray are like.
+#[derive(Clone, Copy, Debug)]
+pub struct Collisions {
+    pub optical_depth: Colour,
+    /// That of one anywhere on the way, if distances are sampled to the end.
+    pub probability: f64,
+    milestones: Milestones,
+}
+
+impl Collisions {
+    fn along(line: &Line) -> Self {
+        let mut milestones = Milestones::default();
+        let optical_depth = milestones.set_along(line);
+        Self { optical_depth, probability: mean(absorptance(optical_depth)), milestones }
+    }
 }
 
 /// Rays per query.
 const CHUNK: usize = 8;
 
 impl View {
+    /// None yet.
+    pub fn none() -> Self {
+        Self { pixel: DVec2::ZERO, ray: CameraRay::default(), hit: Hit::EMPTY, collisions: None }
+    }
+
     /// To be traced.
     pub fn through(scene: &Scene, pixel: DVec2, lens: DVec2) -> Self {
-        Self { pixel, ray: scene.camera.ray(pixel, lens), hit: Hit::EMPTY, optical_depth: None }
+        Self { pixel, ray: scene.camera.ray(pixel, lens), hit: Hit::EMPTY, collisions: None }
+    }
+
+    /// That of an image point, to be traced.
+    pub fn to(image: &ImagePoint) -> Self {
+        Self { pixel: image.pixel, ray: image.ray, hit: Hit::EMPTY, collisions: None }
     }
 
     /// Traces all rays.
@@ -63,17 +90,27 @@ impl View {
         self.ray.line(scene, length, self.hit.media())
     }
 
-    /// τ along all of it, computed once. 0 for an overflow.
-    pub fn whole_depth(&mut self, scene: &Scene) -> Colour {
-        let known = self.optical_depth;
-        let depth = known.unwrap_or_else(|| optical_depth(&self.line(scene, self.length())));
-        self.optical_depth = Some(depth);
-        depth
+    /// Collisions along all of it, looked for once.
+    pub fn collisions(&mut self, scene: &Scene) -> &Collisions {
+        let length = self.length();
+        let Self { ray, hit, collisions, .. } = self;
+        collisions.get_or_insert_with(|| Collisions::along(&ray.line(scene, length, hit.media())))
+    }
+
+    /// The same, if they have been looked for.
+    pub fn known_collisions(&self) -> Option<&Collisions> {
+        self.collisions.as_ref()
+    }
+
+    /// A collision, or the end: [`sample_distance`] along all of it.
+    pub fn sample_distance(&self, scene: &Scene, u: f64) -> Flight {
+        let line = self.line(scene, self.length());
+        self.collisions.as_ref().map_or_else(|| sample_distance(&line, u), |known| known.milestones.sample_distance(&line, u))
     }
 
     /// Where nothing scatters at the end of the ray, only those distance numbers are used that make a collision: their share.
     pub fn collision_share(&mut self, scene: &Scene) -> f64 {
         let bsdf = scene.materials.get(self.hit.material as usize).filter(|_| self.hit.kind == HIT_SURFACE);
-        if bsdf.is_none_or(Bsdf::is_black) { mean(absorptance(self.whole_depth(scene))) } else { 1.0 }
+        if bsdf.is_none_or(Bsdf::is_black) { self.collisions(scene).probability } else { 1.0 }
     }
 }

@@ -3,7 +3,7 @@
 use super::kernel::{MAX_SHIFTS, Options};
 use super::run::{Place, Progress, Shiftable, volume_to_image};
 use super::spots::{spots, steps};
-use super::tile::{Collisions, Tile};
+use super::tile::Tile;
 use crate::math::{DVec2, DVec3, absorptance, mean};
 use crate::medium::{Flight, collision_pdf};
 use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
@@ -105,19 +105,19 @@ pub(super) fn place<'m>(
 /// the vertex instead of changing f.
 pub(super) fn place_on_rays<'m>(scene: &Scene, path: &Shiftable, tile: &Tile, members: &'m mut Members) -> &'m mut [Member] {
     let first = path.first();
-    let own = tile.ray(path.image.pixel);
-    let share = own.map_or(0.0, |(_, collisions)| mean(absorptance(first.depth.at_x)) / collisions.probability);
-    let own_spread = own.map_or(0.0, |(view, collisions)| {
+    let own = tile.view(path.image.pixel);
+    let (share, own_spread) = own.map_or((0.0, 0.0), |view| {
+        let probability = collision_probability(view);
         let pdf = collision_pdf(&view.line(scene, path.image.distance), first.depth.at_x);
-        collisions.probability / (pdf * volume_to_image(&scene.camera, &path.image))
+        (mean(absorptance(first.depth.at_x)) / probability, probability / (pdf * volume_to_image(&scene.camera, &path.image)))
     });
     let mut count = 0;
-    let others = tile.rays().filter(|(view, _)| own.is_none_or(|(own, _)| own.pixel != view.pixel));
-    for (slot, (view, collisions)) in members.0.iter_mut().zip(others) {
+    let others = tile.views().iter().filter(|view| own.is_none_or(|own| own.pixel != view.pixel));
+    for (slot, view) in members.0.iter_mut().zip(others) {
         slot.value = if first.place.is_surface() {
             on_surface(scene, view)
         } else {
-            in_medium(scene, view, collisions, share).map(|(value, spread)| value.scaled(spread / own_spread))
+            in_medium(scene, view, share).map(|(value, spread)| value.scaled(spread / own_spread))
         };
         let unknown = ImagePoint { pixel: view.pixel, ray: view.ray, distance: f64::INFINITY };
         (slot.y, slot.image) = slot.value.as_ref().map_or((first.x, Some(unknown)), |value| (value.y, Some(value.image)));
@@ -132,17 +132,23 @@ fn on_surface(scene: &Scene, view: &View) -> Option<Progress> {
     let place = Place::on_surface(bsdf, &view.hit, view.ray.direction)?;
     let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: view.length() };
     let y = view.ray.origin + image.distance * view.ray.direction;
-    Some(Progress::at_first(scene, y, place, image, view.optical_depth?))
+    Some(Progress::at_first(scene, y, place, image, view.known_collisions()?.optical_depth))
 }
 
 /// The vertex in a medium with `share` of the collisions along a camera ray before it, and dV/du there, per area of the image.
-fn in_medium(scene: &Scene, view: &View, collisions: &Collisions, share: f64) -> Option<(Progress, f64)> {
-    let Collisions { probability, milestones } = collisions;
-    let line = view.line(scene, view.length());
-    let flight = milestones.sample_distance(&line, share * probability);
-    let Flight::Collision { t, medium, optical_depth, pdf } = flight else { return None };
+fn in_medium(scene: &Scene, view: &View, share: f64) -> Option<(Progress, f64)> {
+    let probability = collision_probability(view);
+    let flight = view.sample_distance(scene, share * probability);
+    let Flight::Collision { t, medium, optical_depth, extinction, pdf } = flight else { return None };
     let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: t };
-    let y = line.origin + t * line.direction;
+    let y = image.ray.origin + t * image.ray.direction;
     let spread = probability / (pdf * volume_to_image(&scene.camera, &image));
-    Some((Progress::at_first(scene, y, Place::Medium(medium), image, optical_depth), spread)).filter(|_| spread.is_finite())
+    let sigma_s = scene.medium(medium)?.albedo * extinction;
+    let value = Progress::scattering_at_first(scene, y, Place::Medium(medium), image, optical_depth, sigma_s);
+    Some((value, spread)).filter(|_| spread.is_finite())
+}
+
+/// 0 where more media are on the way than fit.
+fn collision_probability(view: &View) -> f64 {
+    view.known_collisions().map_or(0.0, |collisions| collisions.probability)
 }

@@ -315,8 +315,20 @@ pub(super) struct Aim {
 impl Progress {
     /// At y_1.
     pub fn at_first(scene: &Scene, y: DVec3, place: Place, image: ImagePoint, optical_depth: Colour) -> Self {
+        Self::scattering_at_first(scene, y, place, image, optical_depth, place.scattering_coefficient(scene, y))
+    }
+
+    /// The same where σ_s is known.
+    pub fn scattering_at_first(
+        scene: &Scene,
+        y: DVec3,
+        place: Place,
+        image: ImagePoint,
+        optical_depth: Colour,
+        sigma_s: Colour,
+    ) -> Self {
         let measure = if place.is_surface() { 1.0 } else { volume_to_image(&scene.camera, &image) };
-        let a = place.scattering_coefficient(scene, y) * transmittance(optical_depth) * measure;
+        let a = sigma_s * transmittance(optical_depth) * measure;
         Self { y, image, reached: 0, place, a, values: [Colour::ZERO; GROUPS] }
     }
 

@@ -2,9 +2,8 @@
 //! Source: P. Bekaert et al., *Accelerating Path Tracing by Re-Using Paths*, EGWR 2002.
 
 use super::kernel::{MAX_SHIFTS, Options};
-use crate::math::{DVec2, absorptance, floor, mean};
-use crate::medium::Milestones;
-use crate::scene::{Camera, CameraRay, HIT_OVERFLOW, Hit, ImagePoint, Queries, Scene, Stop, View};
+use crate::math::{DVec2, floor};
+use crate::scene::{Camera, HIT_OVERFLOW, ImagePoint, Queries, Scene, Stop, View};
 use core::num::NonZeroU32;
 
 /// How tiles cover the sampled pixels. Those at the border are cut.
@@ -64,22 +63,12 @@ impl Tiling {
 /// A tile's camera rays, once they are traced.
 pub struct Tile {
     views: [View; MAX_SHIFTS + 1],
-    collisions: [Collisions; MAX_SHIFTS + 1],
     count: usize,
-}
-
-/// What collisions along a camera ray are like.
-#[derive(Clone, Copy, Default)]
-pub struct Collisions {
-    /// That of one anywhere on the way, if distances are sampled to the end.
-    pub probability: f64,
-    pub milestones: Milestones,
 }
 
 impl Default for Tile {
     fn default() -> Self {
-        let none = View { pixel: DVec2::ZERO, ray: CameraRay::default(), hit: Hit::EMPTY, optical_depth: None };
-        Self { views: [none; MAX_SHIFTS + 1], collisions: [Collisions::default(); MAX_SHIFTS + 1], count: 0 }
+        Self { views: core::array::from_fn(|_| View::none()), count: 0 }
     }
 }
 
@@ -125,14 +114,8 @@ impl Tile {
         }
         let views = self.views.get_mut(..count).unwrap_or(&mut []);
         View::trace(views, scene, queries)?;
-        for (view, collisions) in views.iter_mut().zip(&mut self.collisions) {
-            if view.hit.kind == HIT_OVERFLOW {
-                *collisions = Collisions::default();
-                continue;
-            }
-            let optical_depth = collisions.milestones.set_along(&view.line(scene, view.length()));
-            view.optical_depth = Some(optical_depth);
-            collisions.probability = mean(absorptance(optical_depth));
+        for view in views.iter_mut().filter(|view| view.hit.kind != HIT_OVERFLOW) {
+            view.collisions(scene);
         }
         self.count = count;
         Ok(())
@@ -142,19 +125,9 @@ impl Tile {
         self.views.get(..self.count).unwrap_or(&[])
     }
 
-    /// All rays, with what is known of them.
-    pub fn rays(&self) -> impl Iterator<Item = (&View, &Collisions)> {
-        self.views().iter().zip(&self.collisions)
-    }
-
     /// The view of the pixel that contains `pixel`.
     pub fn view(&self, pixel: DVec2) -> Option<&View> {
-        self.ray(pixel).map(|(view, _)| view)
-    }
-
-    /// The ray of that pixel.
-    pub fn ray(&self, pixel: DVec2) -> Option<(&View, &Collisions)> {
         let cell = |p: DVec2| (floor(p.x), floor(p.y));
-        self.rays().find(|(view, _)| cell(view.pixel) == cell(pixel))
+        self.views().iter().find(|view| cell(view.pixel) == cell(pixel))
     }
 }

@@ -108,7 +108,7 @@ impl<'a, 'q, Q: Queries> Connector<'a, 'q, Q> {
             * scattering
             * (scene.camera.direction_density(image.ray.cosine) / (image.distance * image.distance));
         let Some(survival) = self.roulette.survival(luminance(unoccluded)) else { return Ok(None) };
-        let mut view = [View { pixel: image.pixel, ray: image.ray, hit: Hit::EMPTY, optical_depth: None }];
+        let mut view = [View::to(&image)];
         View::trace(&mut view, scene, self.queries)?;
         stats.rays += 1;
         let [mut view] = view;

@@ -118,8 +118,7 @@ pub fn from_camera<'a, Q: Queries>(
         from_far: false,
     };
     walk.go(limits, numbers, |walk, _, numbers| {
-        let line = view.line(scene, view.length());
-        let flight = sample_distance(&line, share * number(numbers, Slot::Distance));
+        let flight = view.sample_distance(scene, share * number(numbers, Slot::Distance));
         Ok(walk.arrive(view.ray.origin, &view.hit, view.length(), flight, share))
     })
 }
@@ -278,8 +277,8 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
     /// Makes the vertex at the end of a flight, of whose numbers a `share` was used. False: there is none.
     fn arrive(&mut self, origin: DVec3, hit: &Hit, length: f64, flight: Flight, share: f64) -> bool {
         let vertex = match flight {
-            Flight::Collision { t, medium, optical_depth, pdf } => {
-                self.collision(origin, t, medium, optical_depth, pdf / share)
+            Flight::Collision { t, medium, optical_depth, extinction, pdf } => {
+                self.collision(origin, t, medium, optical_depth, extinction, pdf / share)
             }
             // Light that arrives with probability 0 has underflowed.
             Flight::Passed { probability, .. } if !(probability > 0.0) => None,
@@ -304,11 +303,18 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
         Edge { back: -self.direction, distance, optical_depth, transmittance: transmittance(optical_depth) }
     }
 
-    fn collision(&mut self, origin: DVec3, t: f64, index: u32, optical_depth: Colour, pdf: f64) -> Option<Vertex<'a>> {
+    fn collision(
+        &mut self,
+        origin: DVec3,
+        t: f64,
+        index: u32,
+        optical_depth: Colour,
+        extinction: Colour,
+        pdf: f64,
+    ) -> Option<Vertex<'a>> {
         let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
         let position = origin + t * self.direction;
         let edge = self.edge(t, optical_depth);
-        let extinction = medium.sigma_t(position);
         self.throughput *= medium.albedo * extinction * edge.transmittance / pdf;
         Some(Vertex { kind: Kind::Medium { index, phase: medium.phase }, position, edge, extinction, ..EMPTY })
     }

@@ -29,7 +29,7 @@ use crate::medium::{NONE, optical_depth};
 use crate::path::{Neighbour, Seen, Wing};
 use crate::phase::cosine_gradient_apex;
 use crate::sampler::path_tracer::Stats;
-use crate::scene::{HIT_OVERFLOW, Hit, ImagePoint, Queries, Stop, View};
+use crate::scene::{HIT_OVERFLOW, ImagePoint, Queries, Stop, View};
 use crate::shift::{Depth, MAX_SHIFTS, fill_with_unit_ball};
 
 /// How a batch is made.
@@ -216,7 +216,7 @@ impl<'p, 'a, Q: Queries> Moving<'p, 'a, Q> {
     /// The edge from the camera to y_1, and the share of its distance numbers that are used. None: another medium, or something before it.
     fn see(&self, y: &mut Vertex, image: &ImagePoint, stats: &mut Stats) -> Result<Option<(Edge, f64)>, Stop> {
         let scene = self.connector.scene;
-        let mut view = [View { pixel: image.pixel, ray: image.ray, hit: Hit::EMPTY, optical_depth: None }];
+        let mut view = [View::to(image)];
         View::trace(&mut view, scene, self.connector.queries)?;
         stats.rays += 1;
         let [mut view] = view;
