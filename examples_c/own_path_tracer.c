@@ -1,6 +1,6 @@
 /* A path tracer with its own rays, volume, free flights, phase functions and light samples, which uses volgrad to get
- * its noise down: the light paths that it finds in a tile of pixels are handed to volgrad_shift_paths, and each comes back as splats in all of
- * them. Smoke on the ground under an even sky (scenes/smoke.xml), plain and shifted in the same time, beside the reference.
+ * its noise down: the light paths that it finds, tile by tile, are handed to volgrad_shift_paths, and each comes back as splats in all pixels
+ * of its tile. Smoke on the ground under an even sky (scenes/smoke.xml), plain and shifted in the same time, beside the reference.
  * cc -O2 -Iinclude examples_c/own_path_tracer.c build/libvolgrad.a -lm -lpthread -ldl -lgcc_s
  * ./a.out [SECONDS [SIDE [LOOSE [EDGES]]]], in the root folder: of each; pixels along a tile; how many times too high the majorant of delta
  * tracking is, to see what a renderer gains whose paths are dearer; edges of the longest paths that are shifted. */
@@ -210,7 +210,7 @@ static path kept[KEPT];
 static volgrad_path light_paths[KEPT];
 static volgrad_rgb weights[KEPT];
 
-/* Splats the tile's paths: each in all of its pixels. */
+/* Splats the paths, each in all pixels of its tile. */
 static void hand_over(image *out)
 {
     static volgrad_splat splats[KEPT * (VOLGRAD_MAX_SHIFTS + 1)];
@@ -404,18 +404,19 @@ static double mse(const double *rgb, const float *reference, const float *noise)
 }
 
 /* By how much shifts change the mean of each block, in standard errors: pass by pass, since both have the same paths. Mean square and largest:
-   about 1, and seldom beyond 3.5. */
+   about 1, and seldom beyond 3.5. A hundred-thousandth of a block's light counts as a standard error too: in smoke as thin as that plain paths
+   meet nothing for a long time, so that their noise is not known. */
 static void compare(const result *plain, const result *shifted)
 {
     int n = plain->passes < shifted->passes ? plain->passes : shifted->passes;
     double sum_of_squares = 0, largest = 0;
     for (int b = 0; b < BLOCKS; b++) {
-        double sum = 0, squares = 0;
+        double light = 0, sum = 0, squares = 0;
         for (int i = 0; i < n; i++) {
             double difference = shifted->blocks[i][b] - plain->blocks[i][b];
-            sum += difference, squares += difference * difference;
+            light += plain->blocks[i][b], sum += difference, squares += difference * difference;
         }
-        double variance = fmax(0, squares - sum * sum / n) / (n - 1) * n;
+        double variance = fmax(0, squares - sum * sum / n) / (n - 1) * n + 1e-10 * light * light;
         double score = variance > 0 ? sum / sqrt(variance) : 0;
         sum_of_squares += score * score;
         largest = fmax(largest, fabs(score));

@@ -90,9 +90,9 @@ side; of the goal's two, one has to reach it."""
 
 
 TRIED_TEXT = """Where the goal is missed: in `smoke` and `cloud` a path costs 2 to 4 microseconds, as much as 3 to 5 shifted ones, each of which takes
-one line integral to be placed and one or two to be weighed. Tried there: tiles of 4 to 36 pixels, runs of 1 to 8 vertices, disks and balls, `exact`
+part of a line integral to be placed and one or two to be weighed. Tried there: tiles of 4 to 36 pixels, runs of 1 to 8 vertices, disks and balls, `exact`
 and `two_level` (all above); batches made by chance where they are worth little, which pays in `room` alone, whose paths differ much; line integrals in 0.55 to
-0.9 of their time. Renderers whose paths cost more gain more: examples_c/own_path_tracer.c, 2.5 to 3.7 times at 11 microseconds, 4.1 to 4.5 at 33. In
+0.9 of their time. Renderers whose paths cost more gain more: examples_c/own_path_tracer.c, 3.6 times at 11 microseconds, 6 at 31. In
 `caustic` the best sampler is `bdpt`, which finds most of the light by paths that lights' subpaths show the camera themselves: these cannot
 move, so shifts gain with `path` and `mmlt`, where a tile takes most of the noise for 2 to 3 times the time."""
 

@@ -217,7 +217,7 @@ fn distances_are_sampled_exactly() {
         let (from, to) = (point(&mut rng, ACROSS), point(&mut rng, INSIDE));
         let line = line(&media, from, to);
         let u = uniform(&mut rng, 0.0, 1.0);
-        let Flight::Collision { t, optical_depth: tau, pdf, .. } = sample_distance(&line, u) else { continue };
+        let Flight::Collision(Collision { t, optical_depth: tau, pdf, .. }) = sample_distance(&line, u) else { continue };
         collisions += 1;
         let until = |t: f64| Line { length: t, ..line };
         worst = worst.max((distance_number(&until(t)) - u).abs());
@@ -266,7 +266,9 @@ fn compare_with(density: Density<'static>, step: f64, tolerance: [f64; 3]) {
         let error = |a: DVec3, b: DVec3| (a - b).length() / a.length().max(1.0);
         worst[1] = worst[1].max(error(a[0], b[0])).max(error(a[1], b[1]));
         let u = uniform(&mut rng, 0.0, 1.0);
-        if let [Flight::Collision { t: a, .. }, Flight::Collision { t: b, .. }] = lines.map(|line| sample_distance(&line, u)) {
+        if let [Flight::Collision(Collision { t: a, .. }), Flight::Collision(Collision { t: b, .. })] =
+            lines.map(|line| sample_distance(&line, u))
+        {
             worst[2] = worst[2].max((a - b).abs());
         }
     }
@@ -325,7 +327,7 @@ fn bad_values_count_as_nothing() {
         let tau = optical_depth(&line);
         assert!(tau.is_finite() && tau.min_element() >= 0.0);
         assert!(gradients(&line).into_iter().all(|g| g.is_finite()));
-        if let Flight::Collision { t, pdf, .. } = sample_distance(&line, uniform(&mut rng, 0.0, 1.0)) {
+        if let Flight::Collision(Collision { t, pdf, .. }) = sample_distance(&line, uniform(&mut rng, 0.0, 1.0)) {
             assert!(t.is_finite() && pdf.is_finite());
         }
         assert!(matches!(media[0].density.at(to), 0.0 | 1.0));

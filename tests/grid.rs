@@ -11,7 +11,7 @@ use common::{
 use rand_pcg::Pcg64;
 use reference::{grid::Grid, random::*, scenes::sheared, segments::Edge, vector::*, world::*};
 use volgrad::math::DVec3;
-use volgrad::medium::{self, Flight, Segment, Stretch, sample_distance};
+use volgrad::medium::{self, Collision, Flight, Segment, Stretch, sample_distance};
 
 /// Both sides compute the same in another order.
 const ROUNDING: f64 = 1e-12;
@@ -57,7 +57,7 @@ fn constant_grid_is_a_homogeneous_box() {
             assert!(largest_difference(gradients(&m, &ours), gradients(&e, &expected)) < SINGLE, "∇τ of edge {n}");
             let u = uniform(&mut rng, 0.0, 1.0);
             match (sample_distance(&ours, u), sample_distance(&expected, u)) {
-                (Flight::Collision { t, pdf, .. }, Flight::Collision { t: t_box, pdf: pdf_box, .. }) => {
+                (Flight::Collision(Collision { t, pdf, .. }), Flight::Collision(Collision { t: t_box, pdf: pdf_box, .. })) => {
                     assert!((t - t_box).abs() < SINGLE && (pdf - pdf_box).abs() < SINGLE, "distance on edge {n}");
                 }
                 (Flight::Passed { .. }, Flight::Passed { .. }) => {}
@@ -166,7 +166,7 @@ fn bricks_change_nothing() {
             assert!(largest_difference(gradients(&f, &fast), gradients(&s, &slow)) < 100.0 * ROUNDING, "∇τ of edge {n}");
             let u = uniform(&mut rng, 0.0, 1.0);
             match (sample_distance(&fast, u), sample_distance(&slow, u)) {
-                (Flight::Collision { t, .. }, Flight::Collision { t: slow_t, .. }) => {
+                (Flight::Collision(Collision { t, .. }), Flight::Collision(Collision { t: slow_t, .. })) => {
                     assert!((t - slow_t).abs() < 100.0 * ROUNDING, "distance on edge {n}");
                 }
                 (Flight::Passed { .. }, Flight::Passed { .. }) => {}

@@ -43,18 +43,25 @@ MUTANTS = [
         "tracking distances_are_found_from_milestones",
     ),
     Mutant(
-        "a line keeps the milestones of the one before",
-        "src/medium/milestones.rs",
-        "        self.count = 0;\n        let mut optical_depth",
-        "        let mut optical_depth",
-        "tracking distances_are_found_from_milestones",
-    ),
-    Mutant(
         "milestones are those of any stretch",
         "src/medium/milestones.rs",
         "known == 0 || stretch.start != self.start",
         "known == 0",
         "tracking distances_are_found_from_milestones",
+    ),
+    Mutant(
+        "a flight knows the extinction of density 1",
+        "src/medium/tracking.rs",
+        "extinction: medium.sigma_t * density, pdf",
+        "extinction: medium.sigma_t, pdf",
+        "tracking pdf_is_the_derivative_of_the_cdf",
+    ),
+    Mutant(
+        "a path whose own ray is not known is shared out as if nothing were on it",
+        "src/shift/place.rs",
+        "        let probability = view.known_collisions()?.probability;\n        let pdf = collision_pdf",
+        "        let probability = view.known_collisions().map_or(0.0, |collisions| collisions.probability);\n        let pdf = collision_pdf",
+        "tiles what_is_seen_through_too_many_media_stays_where_it_is",
     ),
     # What hosts say about points of surfaces.
     Mutant(

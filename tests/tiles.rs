@@ -5,11 +5,12 @@ mod toy;
 
 use proptest::prelude::*;
 use std::collections::HashSet;
+use toy::Geometry;
 use toy::scenes::{World, camera, grid, homogeneous};
-use volgrad::math::{Colour, DVec2, DVec3, absorptance, luminance, mean, transmittance};
+use volgrad::math::{Colour, DVec2, DVec3, Vec3, absorptance, luminance, mean, transmittance};
 use volgrad::medium::{Line, Medium, optical_depth};
 use volgrad::sampler::shift_numbers;
-use volgrad::scene::{Camera, ImagePoint, Light, Queries, Ray, Scene, View};
+use volgrad::scene::{Camera, HIT_OVERFLOW, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, View};
 use volgrad::shift::{
     Bounds, Depth, Draw, Exit, Kernel, Link, Mode, Next, Options, Place, RunVertex, Shiftable, Tile, Tiling, shift,
 };
@@ -88,11 +89,11 @@ fn tiles_begin_anywhere() {
     }
 }
 
-/// A chromatic medium of a density that changes from ray to ray, in front of nothing, under a light at infinity.
-fn world() -> World {
+/// A medium of a density that changes from ray to ray, in front of nothing, under a light at infinity.
+fn world(sigma_t: [f64; 3]) -> World {
     let (low, high) = ([-1.1, -1.0, -0.7], [1.0, 1.1, 0.9]);
     let density = grid(low, high, [5, 4, 6], |[x, y, z]| 0.3 + ((x * 5 + y * 3 + z * 7) % 11) as f32 * 0.2);
-    let medium = Medium { density, ..homogeneous([0.9, 1.3, 1.8], [0.9, 0.8, 0.7], 0.4) };
+    let medium = Medium { density, ..homogeneous(sigma_t, [0.9, 0.8, 0.7], 0.4) };
     World::new(camera([0.1, -0.2, -3.0], 0.3, 8))
         .medium(low, high, medium)
         .light(Light::Directional { direction: -TO_LIGHT, irradiance: Colour::ONE }, 1.0)
@@ -187,7 +188,7 @@ fn weights(scene: &Scene, world: &World, point: &Point) -> Vec<(DVec2, Colour)> 
 
 #[test]
 fn the_map_of_a_tile_is_its_own_inverse() {
-    let world = world();
+    let world = world([0.9, 1.3, 1.8]);
     let scene = world.scene();
     let own = DVec2::new(3.0, 4.0) + PLACE;
     let tile = Tile::trace(&scene, &world.geometry, TILE, own, DVec2::ZERO).expect("never stops");
@@ -210,4 +211,48 @@ fn the_map_of_a_tile_is_its_own_inverse() {
     }
     println!("{compared} pairs");
     assert!(compared > 30);
+}
+
+/// A host to which the ray along `direction` passes more media than fit.
+struct Overflowing<'a> {
+    geometry: &'a Geometry,
+    direction: Vec3,
+}
+
+impl Queries for Overflowing<'_> {
+    fn intersect(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop> {
+        self.geometry.intersect(rays, hits)?;
+        for (_, hit) in rays.iter().zip(hits).filter(|(ray, _)| ray.direction == self.direction) {
+            hit.kind = HIT_OVERFLOW;
+        }
+        Ok(())
+    }
+
+    fn occluded(&self, rays: &[Ray], hits: &mut [Hit]) -> Result<(), Stop> {
+        self.geometry.occluded(rays, hits)
+    }
+}
+
+/// Of a pixel whose own ray is not known the path keeps its light, and other pixels' paths give it none.
+#[test]
+fn what_is_seen_through_too_many_media_stays_where_it_is() {
+    let world = world([1.3; 3]);
+    let scene = world.scene();
+    let [own, other] = [DVec2::new(3.0, 4.0), DVec2::new(2.0, 4.0)].map(|pixel| pixel + PLACE);
+    let host = Overflowing { geometry: &world.geometry, direction: scene.camera.ray(own, DVec2::ZERO).direction.into() };
+    let tile = Tile::trace(&scene, &host, TILE, own, DVec2::ZERO).expect("never stops");
+    for pixel in [own, other] {
+        let known = Tile::trace(&scene, &world.geometry, TILE, own, DVec2::ZERO).expect("never stops");
+        let path = Point::new(&scene, &world, *known.view(pixel).expect("in the tile"), 2.9).path();
+        let mut splats = vec![];
+        let draw = Draw { tiles: [0; 2], random: shift_numbers(0, 0, 0) };
+        let options = Options::new(Mode::Exchangeable, Kernel::Tile, 8);
+        shift(&scene, &host, &options, &path, Some(&tile), draw, |p, c| splats.push((p, c))).expect("never stops");
+        let at = |pixel: DVec2| splats.iter().filter(|(p, _)| *p == pixel).map(|(_, c)| *c).sum::<Colour>();
+        let all = splats.iter().map(|(_, c)| *c).sum::<Colour>();
+        let carried = path.carried(&scene);
+        let kept = if pixel == own { carried } else { Colour::ZERO };
+        assert!((at(own) - kept).length() <= 1e-12 * carried.length(), "{} is not {kept}", at(own));
+        assert!(all.is_finite() && luminance(all) > 0.0, "{all}");
+    }
 }

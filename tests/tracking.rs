@@ -26,7 +26,9 @@ use reference::{
     world::World,
 };
 use volgrad::medium::sample_distance_with_moments;
-use volgrad::medium::{self, EdgeMoments, Flight, Line, Milestones, NONE, Segment, distance_number, sample_distance};
+use volgrad::medium::{
+    self, Collision, EdgeMoments, Flight, Line, Milestones, NONE, Segment, distance_number, sample_distance,
+};
 
 /// Of exact line integrals, relative to 1 + τ, and of distances, in world units.
 const EXACT: f64 = 1e-9;
@@ -129,7 +131,7 @@ fn distances_and_their_numbers_are_inverse() {
         let x = vec(edge.point(t));
         if whole.media[0].sigma_t(x).max_element() > 0.05 {
             match sample_distance(whole, distance_number(&at)) {
-                Flight::Collision { t: back, optical_depth, .. } => {
+                Flight::Collision(Collision { t: back, optical_depth, .. }) => {
                     from_t.note((back - t).abs(), || name.to_string());
                     let tau = medium::optical_depth(&at);
                     depth.note((optical_depth - tau).length(), || name.to_string());
@@ -138,7 +140,7 @@ fn distances_and_their_numbers_are_inverse() {
             }
         }
         let u = uniform(&mut rng, 0.0, 1.0);
-        if let Flight::Collision { t, .. } = sample_distance(whole, u) {
+        if let Flight::Collision(Collision { t, .. }) = sample_distance(whole, u) {
             from_u.note((distance_number(&Line { length: t, ..*whole }) - u).abs(), || name.to_string());
         }
     });
@@ -156,8 +158,10 @@ fn pdf_is_the_derivative_of_the_cdf() {
         let world = World::filled_with(medium.clone());
         let cdf = |t: f64| distance_number(&Line { length: t, ..*line });
         match sample_distance(line, uniform(&mut rng, 0.0, 1.0)) {
-            Flight::Collision { t, pdf, .. } => {
+            Flight::Collision(Collision { t, pdf, extinction, .. }) => {
                 by_reference.note((pdf - distance_pdf(&world, edge, t)).abs(), || name.to_string());
+                let at_point = line.media[0].sigma_t(line.origin + t * line.direction);
+                by_reference.note((extinction - at_point).length(), || format!("σ_t, {name}"));
                 let [slope] = derivative(|h| [cdf(t + h)]);
                 by_differences.note((pdf - slope).abs(), || name.to_string());
             }
@@ -174,9 +178,12 @@ fn pdf_is_the_derivative_of_the_cdf() {
 /// Notes by how much two flights differ. Returns how far the second goes.
 fn compare_flights(found: Flight, expected: Flight, line: &Line, worst: &mut Worst, name: &str) -> f64 {
     match (found, expected) {
-        (Flight::Collision { t, pdf, .. }, Flight::Collision { t: expected, pdf: expected_pdf, .. }) => {
-            worst.note((t - expected).abs() + (pdf - expected_pdf).abs(), || format!("distance, {name}"));
-            expected
+        (Flight::Collision(found), Flight::Collision(expected)) => {
+            worst.note((found.t - expected.t).abs() + (found.pdf - expected.pdf).abs(), || format!("distance, {name}"));
+            let colours = [found.optical_depth - expected.optical_depth, found.extinction - expected.extinction];
+            worst.note(colours[0].length() + colours[1].length(), || format!("τ, σ_t, {name}"));
+            assert_eq!(found.medium, expected.medium, "{name}");
+            expected.t
         }
         (Flight::Passed { probability, .. }, Flight::Passed { probability: expected, .. }) => {
             worst.note((probability - expected).abs(), || format!("probability, {name}"));
@@ -202,12 +209,12 @@ fn compare_moments_with_distance(line: &Line, u: f64, worst: &mut Worst, name: &
 }
 
 /// From milestones the same distances are found, everywhere along a line, and where none is.
-fn compare_from_milestones(line: &Line, milestones: &mut Milestones, worst: &mut Worst, name: &str) {
-    let optical_depth = milestones.set_along(line);
+fn compare_from_milestones(line: &Line, worst: &mut Worst, name: &str) {
+    let (milestones, optical_depth) = Milestones::along(line);
     worst.note((optical_depth - medium::optical_depth(line)).length(), || format!("τ, {name}"));
     let end = distance_number(line);
-    let beyond = end + 0.5 * (1.0 - end);
-    for u in (0..64).map(|i| end * (f64::from(i) + 0.5) / 64.0).chain([0.0, beyond]) {
+    let inside = (0..64).map(|i| end * (f64::from(i) + 0.5) / 64.0);
+    for u in inside.chain([0.0, (1.0 - 1e-9) * end, end + 0.5 * (1.0 - end)]) {
         compare_flights(milestones.sample_distance(line, u), sample_distance(line, u), line, worst, name);
     }
 }
@@ -216,15 +223,16 @@ fn compare_from_milestones(line: &Line, milestones: &mut Milestones, worst: &mut
 fn distances_are_found_from_milestones() {
     let mut worst = Worst::default();
     let mut rng = generator(13);
-    // One after another, as the rays of many tiles: nothing of the line before may be left.
-    let mut milestones = Milestones::default();
-    for_each_edge(14, |name, _, _, line| compare_from_milestones(line, &mut milestones, &mut worst, name));
+    for_each_edge(14, |name, _, _, line| {
+        compare_from_milestones(line, &mut worst, name);
+        compare_from_milestones(&Line { length: f64::INFINITY, ..*line }, &mut worst, &format!("{name}, to infinity"));
+    });
     for n in 0..200 {
         let mixed = Mixed::random(&mut rng);
         let host = mixed.media.each_ref().map(|medium| HostMedium::new(medium, Bricks::Built));
         let media = host.each_ref().map(HostMedium::view);
         let whole = line(&mixed.edge, &media, &mixed.segments);
-        compare_from_milestones(&whole, &mut milestones, &mut worst, &format!("edge {n}"));
+        compare_from_milestones(&whole, &mut worst, &format!("edge {n}"));
     }
     assert_below(&worst, EXACT);
 }
@@ -332,7 +340,7 @@ fn edges_through_several_media_add_their_stretches_up() {
         let u = uniform(&mut rng, 0.0, 1.0);
         let end = distance_number(&whole);
         match sample_distance(&whole, u) {
-            Flight::Collision { t, medium, optical_depth, .. } => {
+            Flight::Collision(Collision { t, medium, optical_depth, .. }) => {
                 let number = distance_number(&Line { length: t, ..whole });
                 round_trip.note((number - u).abs(), || format!("edge {n}"));
                 tau.note(distance(optical_depth.to_array(), mixed.optical_depth(t)), || format!("collision {n}"));

@@ -20,7 +20,9 @@ use reference::{
     vector::*,
 };
 use volgrad::math::{Colour, DAffine3, DMat3, DVec3};
-use volgrad::medium::{self, Density, Flight, Inversion, Line, Medium, Moments, Stretch, distance_number, sample_distance};
+use volgrad::medium::{
+    self, Collision, Density, Flight, Inversion, Line, Medium, Moments, Stretch, distance_number, sample_distance,
+};
 
 /// Both sides compute the same in another order.
 const ROUNDING: f64 = 1e-12;
@@ -186,7 +188,7 @@ fn homogeneous_media_without_end() {
         assert!(!medium::optical_depth(&line).is_nan());
         for u in [1e-9, 0.2, 0.5, 0.9, 1.0 - 1e-9] {
             match sample_distance(&line, u) {
-                Flight::Collision { t, pdf, .. } => {
+                Flight::Collision(Collision { t, pdf, .. }) => {
                     assert!(t.is_finite() && pdf > 0.0 && u < 1.0 - escape, "σ {sigma_t:?}, u = {u}: collision at {t}, {pdf}");
                     let back = distance_number(&Line { length: t, ..line });
                     assert!((back - u).abs() < ROUNDING, "σ {sigma_t:?}, u = {u}: {back}");

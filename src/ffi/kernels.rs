@@ -6,7 +6,7 @@ use super::scenes::{scene, volgrad_scene};
 use super::status::{Fault, finish, volgrad_status, volgrad_status::*};
 use super::types::volgrad_phase;
 use crate::math::{DVec2, DVec3, Rgb, Vec3};
-use crate::medium::{Flight, Line, Segment, distance_number, moments, optical_depth, sample_distance};
+use crate::medium::{Collision, Flight, Line, Segment, distance_number, moments, optical_depth, sample_distance};
 use crate::phase::{Phase, cosine_gradient_apex, cosine_gradient_wing};
 use crate::scene::Scene;
 
@@ -123,7 +123,7 @@ pub unsafe extern "C" fn volgrad_line_sample_distance(
         let line = unsafe { self::line(scene, line) }?;
         check_number(u)?;
         write(match sample_distance(&line, u) {
-            Flight::Collision { t, medium, optical_depth, pdf, .. } => {
+            Flight::Collision(Collision { t, medium, optical_depth, pdf, .. }) => {
                 volgrad_flight { t: t as f32, medium, tau: optical_depth.into(), pdf: pdf as f32 }
             }
             Flight::Passed { optical_depth, probability } => volgrad_flight {

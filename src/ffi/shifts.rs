@@ -12,7 +12,7 @@ use crate::path::Path;
 use crate::sampler::bidirectional::thesis;
 use crate::sampler::{shift_numbers, tile_numbers};
 use crate::scene::Scene;
-use crate::shift::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Paths, Radius, Scratch, Tiling, from_path};
+use crate::shift::{self, Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Paths, Radius, Scratch, Shiftable, Tiling};
 use core::ffi::CStr;
 use core::slice;
 
@@ -294,6 +294,7 @@ unsafe fn shift_all(
     let queries = if asks { unsafe { HostQueries::read(queries) }? } else { HostQueries::UNUSED };
     let mut scratch = Scratch::default();
     let mut shifts = options.map(|options| Paths::new(scene, &queries, options, tile_numbers(seed, 0), &mut scratch));
+    let mut shiftable = Shiftable::none();
     let mut result = Splats { all: splats, count: 0 };
     let indices = (0..).map(|i| first_index.wrapping_add(i));
     for (index, (path, weight)) in indices.zip(paths.iter().zip(weights)) {
@@ -303,13 +304,13 @@ unsafe fn shift_all(
         if !weight.is_finite() {
             return Err(VOLGRAD_ERROR_NOT_FINITE.at(c"weight", 0));
         }
-        let shiftable = match &options {
-            Some(options) if weight.max_element() > 0.0 => from_path(scene, &path, weight, options)?,
-            _ => None,
+        let movable = match &options {
+            Some(options) if weight.max_element() > 0.0 => shift::prepare(scene, &path, weight, options, &mut shiftable)?,
+            _ => false,
         };
-        match (&shiftable, &mut shifts) {
-            (Some(path), Some(shifts)) => shifts.add(path, shift_numbers(seed, index, 0), |p, c| result.add(p, c))?,
-            _ => result.add(first_pixel(scene, &path)?, weight),
+        match shifts.as_mut().filter(|_| movable) {
+            Some(shifts) => shifts.add(&shiftable, shift_numbers(seed, index, 0), |p, c| result.add(p, c))?,
+            None => result.add(first_pixel(scene, &path)?, weight),
         }
     }
     if let Some(shifts) = &mut shifts {

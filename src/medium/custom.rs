@@ -59,6 +59,11 @@ impl<'a> Custom<'a> {
         (longest / step <= MAX_PANELS).then(|| Self { field, to_box: box_to_world.inverse(), step, majorant, exact: None })
     }
 
+    /// Whether the host integrates it.
+    pub fn is_exact(&self) -> bool {
+        self.exact.is_some()
+    }
+
     pub fn at(&self, x: DVec3) -> f64 {
         if self.holds(x) { self.value(x) } else { 0.0 }
     }

@@ -14,8 +14,9 @@ const MOST: usize = 16;
 /// The density integral at some distances along one stretch of a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Milestones {
-    /// The stretch is the line's that begins here.
+    /// The stretch is the line's that begins here, and ends, or leaves the grid, there.
     start: f64,
+    end: f64,
     /// The integral over all of it.
     total: f64,
     /// Distances from the line's origin, and the integrals from the stretch's start.
@@ -25,26 +26,25 @@ pub struct Milestones {
 }
 
 impl Milestones {
-    /// τ of the whole line, as [`optical_depth`](super::optical_depth) has it. The first stretch through a grid gets milestones.
-    pub fn set_along(&mut self, line: &Line) -> Colour {
-        self.count = 0;
-        let mut optical_depth = Colour::ZERO;
+    /// Those of the first stretch that is in a grid; and τ of the whole line, as [`optical_depth`](super::optical_depth) has it.
+    pub fn along(line: &Line) -> (Self, Colour) {
+        let (mut milestones, mut optical_depth) = (Self::default(), Colour::ZERO);
         for (stretch, segment) in line.stretches() {
             let Some(medium) = line.medium(segment.medium) else { continue };
             let integral = match &medium.density {
-                Density::Grid(grid) if self.count == 0 => {
-                    self.start = stretch.start;
-                    self.total = grid.integral_with_milestones(&stretch, self);
-                    self.total
+                Density::Grid(grid) if milestones.count == 0 => {
+                    milestones.start = stretch.start;
+                    milestones.total = grid.integral_with_milestones(&stretch, &mut milestones);
+                    milestones.total
                 }
                 density => density.integral(&stretch),
             };
             optical_depth += scaled(medium.sigma_t, integral);
         }
-        optical_depth
+        (milestones, optical_depth)
     }
 
-    /// What [`sample_distance`](super::sample_distance) finds along the line that they were set along.
+    /// What [`sample_distance`](super::sample_distance) finds along the line that they are along.
     pub fn sample_distance(&self, line: &Line, u: f64) -> Flight {
         find_collision(line, u, |medium, stretch, target| self.invert(medium, stretch, target))
     }
@@ -61,9 +61,9 @@ impl Milestones {
         let next = self.integrals[..known].partition_point(|integral| *integral < target);
         let place = |i: usize| Some((*self.distances.get(i)?, *self.integrals.get(i)?)).filter(|_| i < known);
         let (start, before) = next.checked_sub(1).and_then(place).unwrap_or((stretch.start, 0.0));
-        let end = place(next).map_or(stretch.end, |(distance, _)| distance);
+        let end = place(next).map_or(self.end, |(distance, _)| distance);
         match medium.density.invert(&Stretch { start, end, ..*stretch }, target - before) {
-            // The next milestone, but for rounding.
+            // But for rounding it would be before that.
             Inversion::Beyond(_) => Inversion::At(end),
             found => found,
         }
@@ -90,6 +90,7 @@ impl<'m> Survey<'m> {
     /// Of what is between `start` and `end`.
     pub fn new(to: &'m mut Milestones, start: f64, end: f64) -> Self {
         let apart = (end - start) / MOST as f64;
+        to.end = end;
         Self { total: 0.0, to, due: start + apart, apart }
     }
 

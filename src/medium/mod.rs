@@ -19,8 +19,8 @@ pub use estimators::{Estimate, Estimator, estimate_transmittance};
 pub use grid::Grid;
 pub use milestones::Milestones;
 pub use tracking::{
-    EdgeMoments, Flight, Line, NONE, Segment, collision_pdf, distance_number, moments, optical_depth, optical_depth_or_dark,
-    sample_distance, sample_distance_with_moments,
+    Collision, EdgeMoments, Flight, Line, NONE, Segment, collision_pdf, distance_number, moments, optical_depth,
+    optical_depth_or_dark, sample_distance, sample_distance_with_moments,
 };
 
 use crate::math::{Colour, DVec3};
@@ -163,7 +163,10 @@ impl Density<'_> {
     /// ρ at the distance `t`, and [`Density::along`]: the same where integrals are exact.
     pub fn at_and_along(&self, stretch: &Stretch, t: f64) -> (f64, f64) {
         let density = self.at(stretch.origin + t * stretch.direction);
-        (density, if let Self::Custom(custom) = self { custom.along(stretch, t) } else { density })
+        match self {
+            Self::Custom(custom) if !custom.is_exact() => (density, custom.along(stretch, t)),
+            _ => (density, density),
+        }
     }
 
     /// Where along the stretch the density can be other than 0. None: nowhere.

@@ -37,13 +37,29 @@ pub struct Line<'a> {
     pub segments: &'a [Segment],
 }
 
+/// Where light is stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collision {
+    /// Distance from the line's origin.
+    pub t: f64,
+    pub medium: u32,
+    /// Of the way there.
+    pub optical_depth: Colour,
+    /// σ_t there.
+    pub extinction: Colour,
+    /// Of the distance, per unit.
+    pub pdf: f64,
+}
+
 /// What [`sample_distance`] finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flight {
-    /// A collision at distance `t` in `medium`, where σ_t is `extinction`; `pdf` per unit distance.
-    Collision { t: f64, medium: u32, optical_depth: Colour, extinction: Colour, pdf: f64 },
+    Collision(Collision),
     /// The far end is reached, which has this `probability`.
-    Passed { optical_depth: Colour, probability: f64 },
+    Passed {
+        optical_depth: Colour,
+        probability: f64,
+    },
 }
 
 /// Optical depth of a whole edge q → x and its derivatives, per colour channel.
@@ -228,7 +244,7 @@ pub fn sample_distance_with_moments(line: &Line, u: f64) -> (Flight, EdgeMoments
 fn collision(stretch: &Stretch, t: f64, index: u32, medium: &Medium, optical_depth: Colour) -> Flight {
     let (density, along) = medium.density.at_and_along(stretch, t);
     let pdf = mean(medium.sigma_t * along * transmittance(optical_depth));
-    Flight::Collision { t, medium: index, optical_depth, extinction: medium.sigma_t * density, pdf }
+    Flight::Collision(Collision { t, medium: index, optical_depth, extinction: medium.sigma_t * density, pdf })
 }
 
 /// The density with which [`sample_distance`] makes a collision at the end of a finite line, whose optical depth is given.

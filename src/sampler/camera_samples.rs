@@ -28,8 +28,8 @@ pub struct CameraSamples<'a, Q> {
     /// How batches are made in this pass.
     pub shift: Option<shift::Options>,
     tiling: Option<Tiling>,
-    /// The tile that the last sample is in, and where.
-    tile: Tile,
+    /// The last tile that was traced, and the bounds of that which the last sample is in.
+    tile: Option<Tile>,
     bounds: Option<Bounds>,
 }
 
@@ -51,7 +51,7 @@ impl<'a, Q: Queries> CameraSamples<'a, Q> {
             let numbers = tile_numbers(seed, pass);
             Tiling::new(&scene.camera, options.tile_side(), numbers)
         });
-        Ok(Self { scene, queries, seed, pass, shift, tiling, tile: Tile::default(), bounds: None })
+        Ok(Self { scene, queries, seed, pass, shift, tiling, tile: None, bounds: None })
     }
 
     /// That of the sampled pixel number `index`: row by row; with tiles, tile by tile.
@@ -74,8 +74,9 @@ impl<'a, Q: Queries> CameraSamples<'a, Q> {
             let [left, top, ..] = bounds;
             let lens = on_lens(RandomNumbers::for_path(self.seed, self.pass, number(left, top)).vertex(0));
             self.bounds = None;
-            self.tile.retrace(self.scene, self.queries, bounds, place, lens)?;
-            stats.rays += self.tile.views().len() as u64;
+            let tile = self.tile.get_or_insert_default();
+            tile.retrace(self.scene, self.queries, bounds, place, lens)?;
+            stats.rays += tile.views().len() as u64;
             self.bounds = Some(bounds);
         }
         let view = self.view(place, lens, stats)?;
@@ -97,7 +98,7 @@ impl<'a, Q: Queries> CameraSamples<'a, Q> {
 
     /// The tile that the last sample is in.
     pub fn tile(&self) -> Option<&Tile> {
-        self.bounds.map(|_| &self.tile)
+        self.tile.as_ref().filter(|_| self.bounds.is_some())
     }
 
     /// The numbers of the batch of that pixel's sample.

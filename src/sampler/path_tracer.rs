@@ -10,7 +10,7 @@ use super::primary::{PrimarySample, Slot, VertexNumbers, number, pair};
 use super::record::{Arrival, Record};
 use crate::film::Film;
 use crate::math::{Colour, DVec3, transmittance};
-use crate::medium::{Flight, Line, NONE, Segment, sample_distance};
+use crate::medium::{Collision, Flight, Line, NONE, Segment, sample_distance};
 use crate::scene::{Bsdf, HIT_OVERFLOW, HIT_SURFACE, Hit, ImagePoint, Light, Queries, Ray, Scene, Stop, View, surface_epsilon};
 use crate::shift::{self, BatchStats, Bounce, Next, Place, Scratch, volume_to_image};
 use core::ops::Range;
@@ -225,9 +225,7 @@ impl<'a, Q: Queries> Walk<'a, Q> {
             (1.0, sample_distance(&self.line(length, self.hit.media()), u))
         };
         match flight {
-            Flight::Collision { t, medium, optical_depth, extinction, pdf } => {
-                Ok(self.collide(depth, t, medium, optical_depth, extinction, pdf / share))
-            }
+            Flight::Collision(collision) => Ok(self.collide(depth, &collision, share)),
             // Light that arrives with probability 0 has underflowed.
             Flight::Passed { probability, .. } if !(probability > 0.0) => Ok(None),
             Flight::Passed { optical_depth, probability } => Ok(self.arrive(depth, length, optical_depth, probability)),
@@ -294,16 +292,10 @@ impl<'a, Q: Queries> Walk<'a, Q> {
         }
     }
 
-    /// A collision in a medium.
-    fn collide(
-        &mut self,
-        depth: u32,
-        t: f64,
-        index: u32,
-        optical_depth: Colour,
-        extinction: Colour,
-        pdf: f64,
-    ) -> Option<Vertex<'a>> {
+    /// A collision in a medium, at a distance of whose numbers a `share` was used.
+    fn collide(&mut self, depth: u32, collision: &Collision, share: f64) -> Option<Vertex<'a>> {
+        let Collision { t, medium: index, optical_depth, extinction, .. } = *collision;
+        let pdf = collision.pdf / share;
         let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
         let position = self.origin + t * self.direction;
         let sigma_s = medium.albedo * extinction;

@@ -43,7 +43,7 @@ pub struct CameraRay {
 }
 
 /// Where a world point is seen.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct ImagePoint {
     /// Pixel coordinates; pixel (i, j) covers [i, i+1) × [j, j+1).
     pub pixel: DVec2,

@@ -27,8 +27,7 @@ pub struct Collisions {
 
 impl Collisions {
     fn along(line: &Line) -> Self {
-        let mut milestones = Milestones::default();
-        let optical_depth = milestones.set_along(line);
+        let (milestones, optical_depth) = Milestones::along(line);
         Self { optical_depth, probability: mean(absorptance(optical_depth)), milestones }
     }
 }
@@ -37,19 +36,23 @@ impl Collisions {
 const CHUNK: usize = 8;
 
 impl View {
-    /// None yet.
+    /// None.
     pub fn none() -> Self {
-        Self { pixel: DVec2::ZERO, ray: CameraRay::default(), hit: Hit::EMPTY, collisions: None }
+        Self::along(DVec2::ZERO, CameraRay::default())
     }
 
     /// To be traced.
     pub fn through(scene: &Scene, pixel: DVec2, lens: DVec2) -> Self {
-        Self { pixel, ray: scene.camera.ray(pixel, lens), hit: Hit::EMPTY, collisions: None }
+        Self::along(pixel, scene.camera.ray(pixel, lens))
     }
 
     /// That of an image point, to be traced.
     pub fn to(image: &ImagePoint) -> Self {
-        Self { pixel: image.pixel, ray: image.ray, hit: Hit::EMPTY, collisions: None }
+        Self::along(image.pixel, image.ray)
+    }
+
+    fn along(pixel: DVec2, ray: CameraRay) -> Self {
+        Self { pixel, ray, hit: Hit::EMPTY, collisions: None }
     }
 
     /// Traces all rays.

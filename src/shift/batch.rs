@@ -24,17 +24,23 @@ pub struct BatchStats {
     pub overflows: u64,
 }
 
-/// Room for the work on one batch after another.
+/// Room for the work on one batch after another. What only some modes need is made when they do: it is large.
+#[derive(Default)]
 pub struct Scratch {
     spots: Spots,
+    evaluated: Option<Evaluated>,
+    exact: Option<Members>,
+}
+
+/// Members whose f is evaluated, and answers about their rays.
+struct Evaluated {
     members: Members,
-    exact: Members,
     hits: Hits,
 }
 
-impl Default for Scratch {
+impl Default for Evaluated {
     fn default() -> Self {
-        Self { spots: Spots::default(), members: Members::default(), exact: Members::default(), hits: [Hit::EMPTY; CHUNK] }
+        Self { members: Members::default(), hits: [Hit::EMPTY; CHUNK] }
     }
 }
 
@@ -68,10 +74,11 @@ impl Scratch {
             splat(path.image.pixel, path.carried(scene));
             return Ok(BatchStats::default());
         }
-        let Self { spots, members, exact, hits } = self;
+        let Self { spots, evaluated, exact } = self;
         if !options.mode.evaluates() {
             return Ok(linear(scene, options, path, draw, spots, splat));
         }
+        let Evaluated { members, hits } = evaluated.get_or_insert_default();
         let members = match tile {
             Some(tile) => place_on_rays(scene, path, tile, members),
             None => place(&scene.camera, options, path, &mut draw, members),
@@ -90,6 +97,7 @@ impl Scratch {
                 members.iter().for_each(|member| weighing.ratio(member, &mut splat));
             }
             Mode::TwoLevel => {
+                let exact = exact.get_or_insert_default();
                 two_level(&mut evaluation, &mut weighing, options, members, exact, &mut draw, &mut splat)?;
             }
             Mode::Exchangeable => {

@@ -12,11 +12,24 @@ use crate::scene::{MAX_SEGMENTS, Scene};
 /// Prepares a path of any sampler, with weight C = w·f/p in RGB. None: it stays as it is, because its first vertex may not move, or because f
 /// is 0 as seen from here: what the host rounded otherwise carries light that must not be lost.
 pub fn from_path(scene: &Scene, path: &Path, weight: Colour, options: &Options) -> Result<Option<Shiftable>, PathError> {
+    let mut shiftable = Shiftable::none();
+    Ok(prepare(scene, path, weight, options, &mut shiftable)?.then_some(shiftable))
+}
+
+/// The same in the place of another path. False: it stays as it is.
+pub fn prepare(
+    scene: &Scene,
+    path: &Path,
+    weight: Colour,
+    options: &Options,
+    shiftable: &mut Shiftable,
+) -> Result<bool, PathError> {
     options.check(scene).map_err(|_| PathErrorKind::NoGradient.at(1))?;
-    let Some(length) = run_length(scene, path, options)? else { return Ok(None) };
+    let Some(length) = run_length(scene, path, options)? else { return Ok(false) };
     let lens = scene.camera.on_lens(path.position(scene, 0)?);
     let image = scene.camera.project(path.position(scene, 1)?, lens).ok_or(PathErrorKind::ZeroContribution.at(1))?;
-    let mut shiftable = Shiftable::new(image, run_vertex(scene, path, 1, options.mode)?);
+    shiftable.clear();
+    shiftable.renew(image, run_vertex(scene, path, 1, options.mode)?);
     for i in 2..=length {
         shiftable.push(run_vertex(scene, path, i, options.mode)?);
     }
@@ -29,7 +42,7 @@ pub fn from_path(scene: &Scene, path: &Path, weight: Colour, options: &Options) 
     shiftable.onwards = Some(onwards);
     let scale = luminance(weight) / luminance(shiftable.carried(scene));
     shiftable.onwards = Some(onwards.scaled(scale));
-    Ok(scale.is_finite().then_some(shiftable))
+    Ok(scale.is_finite())
 }
 
 /// How many vertices move, the medium vertices from the camera on, or one on a surface. The vertex after them must be one to connect to.

@@ -19,7 +19,7 @@ mod weight;
 
 pub use batch::{BatchStats, Scratch, shift};
 pub use chain::{Bounce, Chain, MAX_CHAIN};
-pub use from_path::from_path;
+pub use from_path::{from_path, prepare};
 pub(crate) use kernel::fill_with_unit_ball;
 pub use kernel::{Kernel, MAX_RUN, MAX_SHIFTS, Mode, Options, Radius};
 pub use link::{Depth, Exit, Link, MAX_WINGS, Next, Onwards};

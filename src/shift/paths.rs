@@ -21,40 +21,42 @@ pub struct Paths<'a, Q, R> {
     queries: &'a Q,
     options: Options,
     tiles: [u32; 2],
-    tile: Tile,
+    tile: Option<Tile>,
     scratch: &'a mut Scratch,
-    /// Not shifted yet, since the next path may join it.
-    waiting: Option<(Shiftable, R)>,
+    /// Not shifted yet, since the next path may join it; none without random numbers.
+    waiting: Shiftable,
+    random: Option<R>,
 }
 
 impl<'a, Q: Queries, R: FnMut() -> f64> Paths<'a, Q, R> {
     /// `tiles`: where tiles begin.
     pub fn new(scene: &'a Scene<'a>, queries: &'a Q, options: Options, tiles: [u32; 2], scratch: &'a mut Scratch) -> Self {
-        Self { scene, queries, options, tiles, tile: Tile::default(), scratch, waiting: None }
+        Self { scene, queries, options, tiles, tile: None, scratch, waiting: Shiftable::none(), random: None }
     }
 
     /// A path to shift, with random numbers of its own; splats the ones before that have nothing in common with it.
     pub fn add(&mut self, path: &Shiftable, random: R, splat: impl FnMut(DVec2, Colour)) -> Result<(), Stop> {
-        if self.waiting.as_mut().is_some_and(|(waiting, _)| waiting.join(path)) {
+        if self.random.is_some() && self.waiting.join(path) {
             return Ok(());
         }
         self.finish(splat)?;
-        self.waiting = Some((*path, random));
+        self.waiting.assign(path);
+        self.random = Some(random);
         Ok(())
     }
 
     /// Splats what waits.
     pub fn finish(&mut self, splat: impl FnMut(DVec2, Colour)) -> Result<(), Stop> {
-        let Self { scene, queries, options, tiles, tile, scratch, waiting } = self;
-        let Some((path, random)) = waiting else { return Ok(()) };
-        let has_views = options.has_views();
-        if has_views && !has_view(scene, tile, &path.image) {
-            tile.retrace_around(scene, *queries, options, *tiles, &path.image)?;
+        let Some(random) = self.random.take() else { return Ok(()) };
+        let Self { scene, queries, options, tiles, tile, scratch, waiting: path, .. } = self;
+        if options.has_views() {
+            let tile = tile.get_or_insert_default();
+            if !has_view(scene, tile, &path.image) {
+                tile.retrace_around(scene, *queries, options, *tiles, &path.image)?;
+            }
         }
-        let (tile, draw) = (has_views.then_some(&*tile), Draw { tiles: *tiles, random });
-        scratch.shift(scene, *queries, options, path, tile, draw, splat)?;
-        self.waiting = None;
-        Ok(())
+        let draw = Draw { tiles: *tiles, random };
+        scratch.shift(scene, *queries, options, path, tile.as_ref(), draw, splat).map(|_| ())
     }
 }
 

@@ -4,7 +4,7 @@ use super::kernel::{MAX_SHIFTS, Options};
 use super::run::{Place, Progress, Shiftable, volume_to_image};
 use super::spots::{spots, steps};
 use super::tile::Tile;
-use crate::math::{DVec2, DVec3, absorptance, mean};
+use crate::math::{DVec2, DVec3, absorptance, mean, transmittance};
 use crate::medium::{Flight, collision_pdf};
 use crate::scene::{Camera, HIT_SURFACE, ImagePoint, Scene, View};
 
@@ -106,10 +106,12 @@ pub(super) fn place<'m>(
 pub(super) fn place_on_rays<'m>(scene: &Scene, path: &Shiftable, tile: &Tile, members: &'m mut Members) -> &'m mut [Member] {
     let first = path.first();
     let own = tile.view(path.image.pixel);
-    let (share, own_spread) = own.map_or((0.0, 0.0), |view| {
-        let probability = collision_probability(view);
+    // None: more media are on the path's own ray than fit. It keeps its light to itself, as its pixel gets none of the others'.
+    let own_place = own.and_then(|view| {
+        let probability = view.known_collisions()?.probability;
         let pdf = collision_pdf(&view.line(scene, path.image.distance), first.depth.at_x);
-        (mean(absorptance(first.depth.at_x)) / probability, probability / (pdf * volume_to_image(&scene.camera, &path.image)))
+        let spread = probability / (pdf * volume_to_image(&scene.camera, &path.image));
+        Some((mean(absorptance(first.depth.at_x)) / probability, spread))
     });
     let mut count = 0;
     let others = tile.views().iter().filter(|view| own.is_none_or(|own| own.pixel != view.pixel));
@@ -117,7 +119,10 @@ pub(super) fn place_on_rays<'m>(scene: &Scene, path: &Shiftable, tile: &Tile, me
         slot.value = if first.place.is_surface() {
             on_surface(scene, view)
         } else {
-            in_medium(scene, view, share).map(|(value, spread)| value.scaled(spread / own_spread))
+            own_place.and_then(|(share, own_spread)| {
+                let (value, spread) = in_medium(scene, view, share)?;
+                Some(value.scaled(spread / own_spread))
+            })
         };
         let unknown = ImagePoint { pixel: view.pixel, ray: view.ray, distance: f64::INFINITY };
         (slot.y, slot.image) = slot.value.as_ref().map_or((first.x, Some(unknown)), |value| (value.y, Some(value.image)));
@@ -137,18 +142,13 @@ fn on_surface(scene: &Scene, view: &View) -> Option<Progress> {
 
 /// The vertex in a medium with `share` of the collisions along a camera ray before it, and dV/du there, per area of the image.
 fn in_medium(scene: &Scene, view: &View, share: f64) -> Option<(Progress, f64)> {
-    let probability = collision_probability(view);
-    let flight = view.sample_distance(scene, share * probability);
-    let Flight::Collision { t, medium, optical_depth, extinction, pdf } = flight else { return None };
-    let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: t };
-    let y = image.ray.origin + t * image.ray.direction;
-    let spread = probability / (pdf * volume_to_image(&scene.camera, &image));
-    let sigma_s = scene.medium(medium)?.albedo * extinction;
-    let value = Progress::scattering_at_first(scene, y, Place::Medium(medium), image, optical_depth, sigma_s);
+    let probability = view.known_collisions()?.probability;
+    let Flight::Collision(collision) = view.sample_distance(scene, share * probability) else { return None };
+    let image = ImagePoint { pixel: view.pixel, ray: view.ray, distance: collision.t };
+    let y = image.ray.origin + collision.t * image.ray.direction;
+    let spread = probability / (collision.pdf * volume_to_image(&scene.camera, &image));
+    let sigma_s = scene.medium(collision.medium)?.albedo * collision.extinction;
+    let value =
+        Progress::new(scene, y, Place::Medium(collision.medium), image, sigma_s * transmittance(collision.optical_depth));
     Some((value, spread)).filter(|_| spread.is_finite())
-}
-
-/// 0 where more media are on the way than fit.
-fn collision_probability(view: &View) -> f64 {
-    view.known_collisions().map_or(0.0, |collisions| collisions.probability)
 }

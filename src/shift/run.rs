@@ -14,6 +14,7 @@ use super::chain::Chain;
 use super::kernel::MAX_RUN;
 use super::link::{Depth, Exit, Link, MAX_WINGS, Onwards};
 use crate::math::{Colour, DVec3, transmittance};
+use crate::medium::NONE;
 use crate::scene::{Bsdf, Camera, Hit, ImagePoint, Scene, SurfacePoint};
 
 /// What scatters at a vertex of the run.
@@ -91,6 +92,16 @@ pub struct RunVertex {
     pub distance: f64,
 }
 
+impl RunVertex {
+    const NONE: Self = Self {
+        x: DVec3::ZERO,
+        place: Place::Medium(NONE),
+        depth: Depth { at_x: Colour::ZERO, slope: [DVec3::ZERO; 3] },
+        to_previous: DVec3::Z,
+        distance: 0.0,
+    };
+}
+
 /// Most exits of a run: a next-event estimate from each vertex, or several from one.
 const MAX_EXITS: usize = MAX_RUN;
 
@@ -117,10 +128,26 @@ pub struct Shiftable {
 }
 
 impl Shiftable {
+    /// No path.
+    pub fn none() -> Self {
+        let (image, first) = (ImagePoint::default(), RunVertex::NONE);
+        let exits = [Exit::NONE; MAX_EXITS];
+        Self { image, run: [first; MAX_RUN], length: 0, exits, exit_count: 0, onwards: None, chain: None }
+    }
+
     /// A path without contributions yet.
     pub fn new(image: ImagePoint, first: RunVertex) -> Self {
-        let exits = [Exit::NONE; MAX_EXITS];
-        Self { image, run: [first; MAX_RUN], length: 1, exits, exit_count: 0, onwards: None, chain: None }
+        let mut path = Self::none();
+        path.renew(image, first);
+        path
+    }
+
+    /// Becomes another path, without writing what that does not use.
+    pub fn assign(&mut self, path: &Self) {
+        (self.image, self.length, self.exit_count) = (path.image, path.length, path.exit_count);
+        self.run.iter_mut().zip(path.run()).for_each(|(to, from)| *to = *from);
+        self.exits.iter_mut().zip(path.exits()).for_each(|(to, from)| *to = *from);
+        (self.onwards, self.chain) = (path.onwards, path.chain);
     }
 
     /// The same in the place of another path, without writing all of it.
@@ -315,20 +342,13 @@ pub(super) struct Aim {
 impl Progress {
     /// At y_1.
     pub fn at_first(scene: &Scene, y: DVec3, place: Place, image: ImagePoint, optical_depth: Colour) -> Self {
-        Self::scattering_at_first(scene, y, place, image, optical_depth, place.scattering_coefficient(scene, y))
+        Self::new(scene, y, place, image, place.scattering_coefficient(scene, y) * transmittance(optical_depth))
     }
 
-    /// The same where σ_s is known.
-    pub fn scattering_at_first(
-        scene: &Scene,
-        y: DVec3,
-        place: Place,
-        image: ImagePoint,
-        optical_depth: Colour,
-        sigma_s: Colour,
-    ) -> Self {
+    /// At y_1, where σ_s Tr is `scattered`; on a surface Tr.
+    pub fn new(scene: &Scene, y: DVec3, place: Place, image: ImagePoint, scattered: Colour) -> Self {
         let measure = if place.is_surface() { 1.0 } else { volume_to_image(&scene.camera, &image) };
-        let a = sigma_s * transmittance(optical_depth) * measure;
+        let a = scattered * measure;
         Self { y, image, reached: 0, place, a, values: [Colour::ZERO; GROUPS] }
     }
 

@@ -6,7 +6,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 use volgrad::math::{Colour, DAffine3, DVec3};
 use volgrad::medium::{
-    Custom, Density, DensityField, Flight, IntegratedField, Inversion, Line, Medium, Moments, Segment, Stretch,
+    Collision, Custom, Density, DensityField, Flight, IntegratedField, Inversion, Line, Medium, Moments, Segment, Stretch,
     distance_number, moments, optical_depth, sample_distance,
 };
 use volgrad::phase::Phase;
@@ -97,8 +97,8 @@ fn a_copy_has_the_same_lines() {
             worst[1] = worst[1].max((a - b).length() / (1.0 + a.length()));
         }
         let u = f64::from(i) / f64::from(LINES);
-        let Flight::Collision { t, pdf, .. } = sample_distance(&lines[1], u) else { continue };
-        let Flight::Collision { t: expected, pdf: density, .. } = sample_distance(&lines[0], u) else { continue };
+        let Flight::Collision(Collision { t, pdf, .. }) = sample_distance(&lines[1], u) else { continue };
+        let Flight::Collision(Collision { t: expected, pdf: density, .. }) = sample_distance(&lines[0], u) else { continue };
         collisions += 1;
         let until = Line { length: t, ..lines[1] };
         worst[2] = worst[2].max((distance_number(&until) - u).abs());
@@ -195,7 +195,7 @@ fn bad_values_count_as_nothing() {
         let depth = optical_depth(&line).x;
         assert!((depth - if kind < 3 { 0.0 } else { 1.0 }).abs() < 1e-12, "{kind}: {depth}");
         assert!(moments(&line).near_gradient(DVec3::Z, 3.0)[0].is_finite());
-        if let Flight::Collision { t, pdf, .. } = sample_distance(&line, 0.3) {
+        if let Flight::Collision(Collision { t, pdf, .. }) = sample_distance(&line, 0.3) {
             assert!((1.0..=2.0).contains(&t) && pdf.is_finite(), "{kind}: {t}");
         }
     }

@@ -5,7 +5,7 @@
 
 use super::vertex::{Edge, Kind, Vertex, disk_density};
 use crate::math::{Colour, DVec2, DVec3, mean, orthonormal_basis, transmittance, uniform_disk};
-use crate::medium::{Flight, Line, sample_distance};
+use crate::medium::{Collision, Flight, Line, sample_distance};
 use crate::sampler::path_tracer::Stats;
 use crate::sampler::primary::{PrimarySample, Slot, VertexNumbers, number, pair};
 use crate::scene::{BsdfSample, HIT_OVERFLOW, HIT_SURFACE, Hit, LightSample, Queries, Ray, Scene, Stop, View, surface_epsilon};
@@ -277,9 +277,7 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
     /// Makes the vertex at the end of a flight, of whose numbers a `share` was used. False: there is none.
     fn arrive(&mut self, origin: DVec3, hit: &Hit, length: f64, flight: Flight, share: f64) -> bool {
         let vertex = match flight {
-            Flight::Collision { t, medium, optical_depth, extinction, pdf } => {
-                self.collision(origin, t, medium, optical_depth, extinction, pdf / share)
-            }
+            Flight::Collision(collision) => self.collision(origin, &collision, share),
             // Light that arrives with probability 0 has underflowed.
             Flight::Passed { probability, .. } if !(probability > 0.0) => None,
             Flight::Passed { optical_depth, probability } => self.end(origin, hit, length, optical_depth, probability),
@@ -303,15 +301,9 @@ impl<'a, Q: Queries> Walk<'a, '_, Q> {
         Edge { back: -self.direction, distance, optical_depth, transmittance: transmittance(optical_depth) }
     }
 
-    fn collision(
-        &mut self,
-        origin: DVec3,
-        t: f64,
-        index: u32,
-        optical_depth: Colour,
-        extinction: Colour,
-        pdf: f64,
-    ) -> Option<Vertex<'a>> {
+    fn collision(&mut self, origin: DVec3, collision: &Collision, share: f64) -> Option<Vertex<'a>> {
+        let Collision { t, medium: index, optical_depth, extinction, .. } = *collision;
+        let pdf = collision.pdf / share;
         let medium = self.scene.media.get(index as usize).filter(|_| pdf > 0.0)?;
         let position = origin + t * self.direction;
         let edge = self.edge(t, optical_depth);

@@ -326,14 +326,13 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         };
         let options = options.after(sample.born as f64 * f64::from(state.start.chains));
         let (tiles, random) = chain_shift_numbers(self.options.seed, state.index, sample.born);
-        let has_views = options.has_views();
-        if has_views {
+        if options.has_views() {
+            let tile = tile.get_or_insert_default();
             tile.retrace_around(self.scene, self.queries, &options, tiles, &path.image)?;
             stats.rays += tile.views().len() as u64;
         }
-        let tile = has_views.then_some(&*tile);
         let draw = Draw { tiles, random };
-        let done = batch.shift(self.scene, self.queries, &options, path, tile, draw, |p, c| film.add(p, c * due))?;
+        let done = batch.shift(self.scene, self.queries, &options, path, tile.as_ref(), draw, |p, c| film.add(p, c * due))?;
         stats.add_batch(&done);
         Ok(())
     }

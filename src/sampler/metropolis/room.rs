@@ -50,7 +50,7 @@ pub struct Room<'a> {
     pub numbers: Numbers,
     pub shiftable: Option<Shiftable>,
     pub batch: shift::Scratch,
-    pub tile: Tile,
+    pub tile: Option<Tile>,
 }
 
 impl Default for Room<'_> {
@@ -62,7 +62,7 @@ impl Default for Room<'_> {
             numbers: [0.0; capacity(MAX_LENGTH)],
             shiftable: None,
             batch: shift::Scratch::default(),
-            tile: Tile::default(),
+            tile: None,
         }
     }
 }
