@@ -74,7 +74,7 @@ impl<'a, Q: Queries> CameraSamples<'a, Q> {
             let [left, top, ..] = bounds;
             let lens = on_lens(RandomNumbers::for_path(self.seed, self.pass, number(left, top)).vertex(0));
             self.bounds = None;
-            let tile = self.tile.get_or_insert_default();
+            let tile = shift::made(&mut self.tile);
             tile.retrace(self.scene, self.queries, bounds, place, lens)?;
             stats.rays += tile.views().len() as u64;
             self.bounds = Some(bounds);

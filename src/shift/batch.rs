@@ -32,6 +32,12 @@ pub struct Scratch {
     exact: Option<Members>,
 }
 
+/// What a slot holds, made if it is empty. Out of line: what is made passes over the stack, and need not stay there.
+#[inline(never)]
+pub fn made<T: Default>(slot: &mut Option<T>) -> &mut T {
+    slot.get_or_insert_default()
+}
+
 /// Members whose f is evaluated, and answers about their rays.
 struct Evaluated {
     members: Members,
@@ -78,7 +84,7 @@ impl Scratch {
         if !options.mode.evaluates() {
             return Ok(linear(scene, options, path, draw, spots, splat));
         }
-        let Evaluated { members, hits } = evaluated.get_or_insert_default();
+        let Evaluated { members, hits } = made(evaluated);
         let members = match tile {
             Some(tile) => place_on_rays(scene, path, tile, members),
             None => place(&scene.camera, options, path, &mut draw, members),
@@ -97,7 +103,7 @@ impl Scratch {
                 members.iter().for_each(|member| weighing.ratio(member, &mut splat));
             }
             Mode::TwoLevel => {
-                let exact = exact.get_or_insert_default();
+                let exact = made(exact);
                 two_level(&mut evaluation, &mut weighing, options, members, exact, &mut draw, &mut splat)?;
             }
             Mode::Exchangeable => {

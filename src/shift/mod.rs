@@ -17,6 +17,7 @@ mod spots;
 mod tile;
 mod weight;
 
+pub(crate) use batch::made;
 pub use batch::{BatchStats, Scratch, shift};
 pub use chain::{Bounce, Chain, MAX_CHAIN};
 pub use from_path::{from_path, prepare};

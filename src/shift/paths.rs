@@ -1,7 +1,7 @@
 //! Paths of any sampler, one after another: what neighbours have in common is computed once. Those that begin with the same vertices become
 //! one batch, and a tile's camera rays serve all paths that are seen at the same place of its pixels.
 
-use super::batch::Scratch;
+use super::batch::{Scratch, made};
 use super::kernel::Options;
 use super::link::{Exit, Onwards};
 use super::place::Draw;
@@ -50,7 +50,7 @@ impl<'a, Q: Queries, R: FnMut() -> f64> Paths<'a, Q, R> {
         let Some(random) = self.random.take() else { return Ok(()) };
         let Self { scene, queries, options, tiles, tile, scratch, waiting: path, .. } = self;
         if options.has_views() {
-            let tile = tile.get_or_insert_default();
+            let tile = made(tile);
             if !has_view(scene, tile, &path.image) {
                 tile.retrace_around(scene, *queries, options, *tiles, &path.image)?;
             }

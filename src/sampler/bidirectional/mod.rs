@@ -142,7 +142,8 @@ impl<'a, Q: Queries> Bidirectional<'a, Q> {
         let (mut camera, mut light) = (Subpath::default(), Subpath::default());
         let mut samples = CameraSamples::new(self.scene, self.queries, self.options.shift, self.options.seed, pass)?;
         let Some(options) = samples.shift else { return Ok(()) };
-        let (mut bundle, mut scratch) = (Bundle::default(), Scratch::default());
+        let mut bundle = Bundle::default();
+        let mut scratch = Scratch::default();
         for index in pixels {
             let first = samples.sample(index, stats)?;
             let (pixel, place) = (first.pixel, first.place);

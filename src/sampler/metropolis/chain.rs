@@ -327,7 +327,7 @@ impl<'a, Q: Queries> Metropolis<'a, Q> {
         let options = options.after(sample.born as f64 * f64::from(state.start.chains));
         let (tiles, random) = chain_shift_numbers(self.options.seed, state.index, sample.born);
         if options.has_views() {
-            let tile = tile.get_or_insert_default();
+            let tile = shift::made(tile);
             tile.retrace_around(self.scene, self.queries, &options, tiles, &path.image)?;
             stats.rays += tile.views().len() as u64;
         }

@@ -54,6 +54,8 @@ pub struct Room<'a> {
 }
 
 impl Default for Room<'_> {
+    // Out of line, as is what a room is made of: it passes over the stack, and need not stay there.
+    #[inline(never)]
     fn default() -> Self {
         Self {
             camera: Double::default(),
