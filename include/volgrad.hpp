@@ -699,6 +699,20 @@ inline result path_run_log_derivative(const volgrad_scene *scene, const volgrad_
 
 /* ---- shifts ---- */
 
+/* For modes that ask nothing about the scene's surfaces (volgrad_shift_path): `count` of `splats` are written. */
+inline result shift_path(const volgrad_scene *scene, const volgrad_shift_options &options, const volgrad_path &path, volgrad_rgb weight,
+                         std::uint64_t seed, std::uint64_t index, span<volgrad_splat> splats, std::uint32_t &count) {
+    const std::uint32_t capacity = detail::count32(splats.size());
+    return detail::finish(volgrad_shift_path(scene, nullptr, &options, &path, weight, seed, index, splats.data(), capacity, &count));
+}
+inline result shift_paths(const volgrad_scene *scene, const volgrad_shift_options &options, span<const volgrad_path> paths,
+                          span<const volgrad_rgb> weights, std::uint64_t seed, std::uint64_t first_index, span<volgrad_splat> splats,
+                          std::uint32_t &count) {
+    if (weights.size() < paths.size()) return detail::finish(VOLGRAD_ERROR_TOO_SMALL);
+    return detail::finish(volgrad_shift_paths(scene, nullptr, &options, paths.data(), weights.data(), detail::count32(paths.size()), seed,
+                                              first_index, splats.data(), detail::count32(splats.size()), &count));
+}
+
 /* `count` of `splats` are written. */
 template <class Host>
 result shift_path(const volgrad_scene *scene, Host &&host, const volgrad_shift_options &options, const volgrad_path &path, volgrad_rgb weight,

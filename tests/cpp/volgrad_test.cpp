@@ -216,6 +216,24 @@ static void test_paths() {
     CHECK(volgrad_shift_paths(scene, &queries, &options, paths, weights, 2, 1, 2, many_in_c.data(), 18, &expected) == VOLGRAD_OK);
     volgrad::shift_paths(scene, slab(), options, paths, weights, 1, 2, many, count);
     CHECK(count == expected && count > 0 && std::memcmp(many_in_c.data(), many.data(), count * sizeof *splats) == 0);
+
+    // Without a host, where none is asked.
+    volgrad_shift_options cheap = options;
+    cheap.mode = VOLGRAD_SHIFT_FIRST_ORDER, cheap.kernel = VOLGRAD_KERNEL_DISK;
+    CHECK(volgrad_shift_path(scene, nullptr, &cheap, &path, weight, 1, 2, in_c, VOLGRAD_MAX_SHIFTS + 1, &expected) == VOLGRAD_OK);
+    volgrad::shift_path(scene, cheap, path, weight, 1, 2, splats, count);
+    CHECK(count == expected && count == 9 && std::memcmp(in_c, splats, count * sizeof *splats) == 0);
+    CHECK(volgrad_shift_paths(scene, nullptr, &cheap, paths, weights, 2, 1, 2, many_in_c.data(), 18, &expected) == VOLGRAD_OK);
+    volgrad::shift_paths(scene, cheap, paths, weights, 1, 2, many, count);
+    CHECK(count == expected && count > 0 && std::memcmp(many_in_c.data(), many.data(), count * sizeof *splats) == 0);
+    volgrad_status asks = VOLGRAD_OK;
+    try {
+        volgrad::shift_path(scene, options, path, weight, 1, 2, splats, count);
+    } catch (const volgrad::error &e) {
+        asks = e.status();
+    }
+    CHECK(asks == VOLGRAD_ERROR_NULL);
+
     std::uint32_t tile_in_c[4], tile[4];
     CHECK(volgrad_shift_tile(scene, &options, 1, 3, 4, tile_in_c) == VOLGRAD_OK);
     volgrad::shift_tile(scene, options, 1, 3, 4, tile);
