@@ -433,8 +433,8 @@ MUTANTS = [
     Mutant(
         "tiles: the same distance instead of the same share of collisions",
         "src/shift/place.rs",
-        "let number = share * probability;",
-        "let number = share;",
+        "view.sample_distance(scene, share * probability)",
+        "view.sample_distance(scene, share)",
         "tiles the_map_of_a_tile",
     ),
     Mutant(

@@ -142,17 +142,17 @@ impl Shiftable {
         path
     }
 
+    /// The same in the place of another path that was cleared.
+    pub fn renew(&mut self, image: ImagePoint, first: RunVertex) {
+        (self.image, self.run[0], self.length) = (image, first, 1);
+    }
+
     /// Becomes another path, without writing what that does not use.
     pub fn assign(&mut self, path: &Self) {
         (self.image, self.length, self.exit_count) = (path.image, path.length, path.exit_count);
         self.run.iter_mut().zip(path.run()).for_each(|(to, from)| *to = *from);
         self.exits.iter_mut().zip(path.exits()).for_each(|(to, from)| *to = *from);
         (self.onwards, self.chain) = (path.onwards, path.chain);
-    }
-
-    /// The same in the place of another path, without writing all of it.
-    pub fn renew(&mut self, image: ImagePoint, first: RunVertex) {
-        (self.image, self.run[0], self.length) = (image, first, 1);
     }
 
     /// No path.
